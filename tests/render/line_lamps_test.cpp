@@ -126,6 +126,23 @@ TEST(LineLamps, ShowTheSamePicture) {
   EXPECT_TRUE(family.passes());
 }
 
+/// A lamp that stands for a sun, and those at the cloud: it must not take the digits of their
+/// places from them, wherever in the list it is.
+TEST(LineLamps, FarAwayLeaveThoseNearByTheirPlaces) {
+  proof::Family family;
+  CloudScene s = lit_by(0, 0.05);
+  s.lights = {PointLight{Vec3d(1e8), Rgb(1e17f)}};
+  for (const Vec3d near : {Vec3d(14, 2, 0), Vec3d(-9, 12, 3), Vec3d(0, -13, 8)}) {
+    s.lights.push_back(PointLight{near, Rgb(400.0f, 300.0f, 200.0f)});
+  }
+  s.options.samples = proof::samples(2000);
+  s.options.guide = GuideUse::off;
+  const Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
+  compare(average(picture(v, s, LineLamps::on, 900)), average(picture(v, s, LineLamps::off, 901)),
+          "first", family);
+  EXPECT_TRUE(family.passes());
+}
+
 /// What they are for: thin smoke with a lamp in it, and beside it.
 TEST(LineLamps, AreLessNoisyInThinSmoke) {
   for (const int kind : {0, 2}) {

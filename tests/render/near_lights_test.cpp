@@ -179,6 +179,19 @@ TEST(NearLights, BallsAndAreasFarAwayArePoints) {
   }
 }
 
+/// Before its face a rectangle fills half of the view, however near to its plane the place is: what
+/// lamps are drawn by must not be less by an unbounded factor.
+TEST(AreaLights, NearTheirPlaneAreNotTakenForFaint) {
+  const AreaSource area(AreaLight{
+      .position = {0, 0, 0}, .direction = {0, 1, 0}, .size = {2, 3}, .radiance = Rgb(1.0f)});
+  for (const double height : {1.0, 0.1, 1e-3, 1e-6, 1e-9}) {
+    for (const Vec3d inside : {Vec3d(0.7, height, 1.2), Vec3d(0, height, 0)}) {
+      EXPECT_GT(area.irradiance_on({inside, inside}).x, 0.2) << height;
+    }
+    EXPECT_EQ(area.irradiance_on({Vec3d(0.7, -height, 1.2), Vec3d(0.7, -height, 1.2)}).x, 0);
+  }
+}
+
 /// What is computed of its angles holds where it is all that is seen, a sliver, or nearly nothing.
 TEST(NearLights, AreasAreSampledFromNearAndAside) {
   const AreaSource area(AreaLight{{0, 0, 0}, {0, -1, 0}, {2, 1}, {0, 0, 1}, Rgb(3.0f), ""});

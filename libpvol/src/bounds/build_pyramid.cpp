@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <mutex>
-#include <string>
 
 #include "bounds/pyramid_parts.h"
 #include "density/lattice_index.h"

@@ -1,6 +1,5 @@
 #include "pvol/bounds/map_pyramid.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "math/digits.h"

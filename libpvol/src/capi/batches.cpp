@@ -1,5 +1,4 @@
 // Many rays at once, by the C API.
-#include <cmath>
 #include <limits>
 #include <new>
 

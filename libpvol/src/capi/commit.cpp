@@ -1,9 +1,9 @@
 // Commits of the C API: in whose threads they work, how far they are, and how they end early.
-#include <algorithm>
-
 #include <tbb/info.h>
 #include <tbb/task_arena.h>
 #include <tbb/task_group.h>
+
+#include <algorithm>
 
 #include "capi/build.h"
 #include "capi/guard.h"

@@ -8,8 +8,6 @@
 #include <mutex>
 #include <optional>
 #include <string>
-#include <variant>
-#include <vector>
 
 #include "capi/brick_update.h"
 #include "capi/ray_kernels.h"

@@ -1,8 +1,6 @@
 // Bricks out of dense arrays, row by row.
 #pragma once
 
-#include <algorithm>
-
 #include "pvol/density/voxel_grid.h"
 
 namespace pvol::detail {

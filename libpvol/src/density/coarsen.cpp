@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <memory>
-#include <string>
 
 #include "density/lattice_index.h"
 #include "pvol/error.h"

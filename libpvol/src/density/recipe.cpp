@@ -1,7 +1,6 @@
 #include "pvol/density/recipe.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <utility>
 

@@ -1,7 +1,6 @@
 #include "pvol/field/leaf_micro_bounds.h"
 
 #include <algorithm>
-#include <optional>
 #include <string>
 
 #include "pvol/error.h"

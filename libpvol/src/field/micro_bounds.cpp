@@ -1,9 +1,6 @@
 // Micro-bounds of bricks of samples.
 #include "pvol/field/micro_bounds.h"
 
-#include <algorithm>
-#include <limits>
-
 #include "density/sample_range.h"
 #include "field/brick_samples.h"
 #include "field/cube_range.h"

@@ -121,11 +121,6 @@ std::optional<double> peak_value(const Quadric& q, const Box& box, const Curvatu
   return bound.hi;
 }
 
-Vec3d corner(const Box& box, unsigned side) {
-  return {side & 1 ? box.hi.x : box.lo.x, side & 2 ? box.hi.y : box.lo.y,
-          side & 4 ? box.hi.z : box.lo.z};
-}
-
 /// Upper bound on the maximum over the box, but for the rounding of value().
 double greatest(const Quadric& q, const Box& box) {
   const Vec3d centre = box.centre(), half = max(box.hi - centre, centre - box.lo);

@@ -1,7 +1,6 @@
 #include "pvol/form/ray_body.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "pvol/error.h"
 #include "pvol/form/roots.h"

@@ -1,7 +1,5 @@
 #include "pvol/form/roots.h"
 
-#include <cmath>
-
 namespace pvol {
 namespace {
 

@@ -270,9 +270,9 @@ Square square_of(const Difference& d) {
 
 /// Those of the channels, weighted as in luminance.
 Square weigh(const Square& r, const Square& g, const Square& b) {
-  return {luminance({r.found, g.found, b.found}),
-          luminance({r.explained, g.explained, b.explained}),
-          luminance({r.systematic, g.systematic, b.systematic})};
+  return {luminance(Vec3d(r.found, g.found, b.found)),
+          luminance(Vec3d(r.explained, g.explained, b.explained)),
+          luminance(Vec3d(r.systematic, g.systematic, b.systematic))};
 }
 
 /// Sums over all pixels of one channel, or of all.

@@ -1,6 +1,5 @@
 #include "pvol/measure/filtered.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "pvol/error.h"

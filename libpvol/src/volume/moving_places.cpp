@@ -18,10 +18,7 @@ namespace {
 
 std::array<Vec3d, 8> corners_of(const Affine& map, const Box& box) {
   std::array<Vec3d, 8> all;
-  for (int i = 0; i < 8; ++i) {
-    all[std::size_t(i)] = map.point(
-        {i & 1 ? box.hi.x : box.lo.x, i & 2 ? box.hi.y : box.lo.y, i & 4 ? box.hi.z : box.lo.z});
-  }
+  for (unsigned k = 0; k < 8; ++k) all[k] = map.point(corner(box, k));
   return all;
 }
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <string>
 
 #include "pvol/error.h"
 #include "volume/ray_entry.h"

@@ -28,6 +28,11 @@ struct Box {
   friend bool operator==(const Box&, const Box&) = default;
 };
 
+/// Corner k, 0 to 7: its bits say along which axes it is at the high end, x first.
+[[nodiscard]] inline Vec3d corner(const Box& b, unsigned k) {
+  return {k & 1 ? b.hi.x : b.lo.x, k & 2 ? b.hi.y : b.lo.y, k & 4 ? b.hi.z : b.lo.z};
+}
+
 [[nodiscard]] inline Box extend(Box b, Vec3d p) { return {min(b.lo, p), max(b.hi, p)}; }
 /// Around both; either may be empty.
 [[nodiscard]] inline Box join(const Box& a, const Box& b) {
@@ -38,11 +43,7 @@ struct Box {
 /// The box around the image of `b` under `a`; empty where `b` is.
 [[nodiscard]] inline Box transform(const Affine& a, const Box& b) {
   Box r;
-  if (b.empty()) return r;
-  for (int corner = 0; corner < 8; ++corner) {
-    r = extend(r, a.point({corner & 1 ? b.hi.x : b.lo.x, corner & 2 ? b.hi.y : b.lo.y,
-                           corner & 4 ? b.hi.z : b.lo.z}));
-  }
+  for (unsigned k = 0; k < 8 && !b.empty(); ++k) r = extend(r, a.point(corner(b, k)));
   return r;
 }
 
@@ -50,10 +51,9 @@ struct Span {
   double t0, t1;
 };
 
-/// The part of the ray with t in [t0, t1] inside the box, or nothing; a single point is nothing. A
-/// ray parallel to a face counts as inside where its origin lies in the closed slab; -0.0 is a
-/// direction like +0.0. The rounding error of an end is a few ulps of the largest coordinate of
-/// origin and box, over the direction's component.
+/// The part of the ray with t in [t0, t1] inside the box, or nothing; a single point is nothing.
+/// Parallel to a face it is inside where its origin lies in the closed slab; -0.0 is like +0.0. An
+/// end is off by a few ulps of the largest coordinate, over the direction's component.
 [[nodiscard]] inline std::optional<Span> intersect(const Box& b, const Ray& r, double t0,
                                                    double t1) {
   for (int axis = 0; axis < 3; ++axis) {

@@ -36,7 +36,7 @@ enum class Effect {
   bias,     ///< every value but the default makes pictures biased
 };
 
-/// What is said of a key, whatever it belongs to.
+/// The description of a key, whatever it belongs to.
 struct Description {
   const char* key;             ///< in scene files; the flag of micro_bounds is --micro-bounds
   const char* metavar = "";    ///< stands for the value in help; of words see metavar_of

@@ -89,6 +89,7 @@ bool is_finite(Vec3<T> v) {
 
 /// Relative luminance of a linear Rec.709 colour (ITU-R BT.709-6).
 constexpr float luminance(Rgb c) { return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; }
+constexpr double luminance(Vec3d c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
 
 /// Two unit vectors that make (s, t, n) a right-handed orthonormal frame; n must be a unit vector.
 /// Based on: Duff et al. Building an Orthonormal Basis, Revisited. JCGT 6(1), 2017.

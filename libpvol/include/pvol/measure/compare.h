@@ -101,11 +101,6 @@ struct FilmComparison {
 [[nodiscard]] FilmComparison compare(const Film& a, const Film& b,
                                      const CompareOptions& options = {});
 
-/// Rec. 709 luminance of linear RGB.
-[[nodiscard]] inline double luminance(Vec3d c) {
-  return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z;
-}
-
 /// The standard deviation of a pixel's mean luminance where its channels rise and fall together:
 /// that of grey pictures, and never too small.
 [[nodiscard]] double luminance_deviation(const PixelSums& pixel);

@@ -56,7 +56,10 @@ inline constexpr std::array kAovs = std::to_array<AovRow>({
      "single, multiple",
      "radiance", "RGB", "means over the samples", true},
     {Aov::halves, "halves", "pictures of the odd and the even samples, in layers: half_1, half_2",
-     "radiance", "RGB", "each the mean over half of the samples; the halves are independent", true},
+     "radiance", "RGB",
+     "each the mean over half of the samples; independent but for positions in pixels, lens and "
+     "time",
+     true},
     {Aov::transmittance_rgb, "transmittance_rgb",
      "share of the background that shows through, by channel: where light that reaches a shadow "
      "has a colour of its own, and where the extinction differs by channel",

@@ -11,7 +11,7 @@ namespace pvol {
 
 /// Light of the sun that air and ground scatter, seen from the ground, and the sun itself as far as
 /// it gets through (THEORY.md, T5.16). The planet is a ball, its air without clouds. The sun is
-/// where it is said to be or where it was at a date: then as the eye sees it, lifted by refraction
+/// at the angles given or where it was at a date: then as the eye sees it, lifted by refraction
 /// (sun_position.h). Below the horizon it leaves a dusk that fades; from 18 degrees on all is
 /// black.
 struct ClearSky {

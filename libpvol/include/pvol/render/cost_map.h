@@ -2,7 +2,6 @@
 // equally long.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "pvol/render/plan.h"

@@ -90,10 +90,7 @@ struct Film {
 }
 
 /// One number for the variance of that mean: its channels, weighted as in luminance.
-[[nodiscard]] inline double noise_of(const PixelSums& p) {
-  const Vec3d v = variance_of_mean(p);
-  return 0.2126 * v.x + 0.7152 * v.y + 0.0722 * v.z;
-}
+[[nodiscard]] inline double noise_of(const PixelSums& p) { return luminance(variance_of_mean(p)); }
 
 /// The film's relative noise: the root mean square of its pixels' standard errors over its mean
 /// luminance; 0 without light, none where a pixel has fewer than two samples.

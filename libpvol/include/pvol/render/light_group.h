@@ -18,7 +18,7 @@ namespace pvol {
              : "letters, digits and underscores, and not the name of another layer or channel";
 }
 
-/// The row of a light's group, which `--aov lights` goes by.
+/// The row of a light's group, for `--aov lights`.
 template <auto kMember>
 [[nodiscard]] constexpr auto group_key() {
   return key<kMember>({.key = "group",

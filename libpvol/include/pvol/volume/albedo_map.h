@@ -19,7 +19,7 @@ struct AlbedoMap {
   ColorRamp colors{};  ///< along what the map makes of them
   friend bool operator==(const AlbedoMap&, const AlbedoMap&) = default;
 
-  /// Whether something is said that grids of colours have no use for.
+  /// Whether a key is set that grids of colours have no use for.
   [[nodiscard]] bool is_of_numbers() const { return !map.is_identity() || !colors.empty(); }
 };
 

@@ -8,8 +8,8 @@
 
 namespace pvol {
 
-/// A fire with the fields that it goes by, which have places of their own: they may reach beyond
-/// the density, or do without one.
+/// A fire with its fields, which have places of their own: they may reach beyond the density, or
+/// there may be none.
 struct Emitter {
   Fire fire{};
   VolumeField field{};  ///< octree: bounds of the mapped values; walks stop at leaves

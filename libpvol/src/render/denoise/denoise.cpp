@@ -127,8 +127,6 @@ Planes filter_by(const detail::RegressionInput& in, const Plane& where,
   return finish(std::move(all));
 }
 
-double luminance_of(Vec3d c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
-
 /// One channel of the result, where the picture was filtered.
 void put(const Film& film, const Halves& halves, const std::array<Planes, 2>& filtered, int c,
          const Errors& errors, Denoised& out) {
@@ -155,7 +153,7 @@ double relative_error(const Denoised& d, const Halves& halves, Vec3d mean_mse) {
   for (std::size_t i = 0; i < d.colour.size(); ++i) {
     const auto width = std::size_t(filtered.width());
     const bool left = !(filtered.row(int(i / width))[i % width] > 0);
-    errors += luminance_of(left ? d.mse[i] : mean_mse), light += luminance_of(d.colour[i]);
+    errors += luminance(left ? d.mse[i] : mean_mse), light += luminance(d.colour[i]);
   }
   return light > 0 ? std::sqrt(errors * double(d.colour.size())) / light : 0;
 }

@@ -1,4 +1,4 @@
-// All that a scene's volumes are made of, taken together: what is coarse about guiding goes by it.
+// All that a scene's volumes are made of, taken together, for the coarse parts of guiding.
 #pragma once
 
 #include <vector>
@@ -21,10 +21,8 @@ struct Share {
   std::vector<Share> all;
   for (std::size_t i = 0; i < setup.volumes.size(); ++i) {
     const auto of_volume = float(sum > 0 ? cells.mass_of_volumes[i] / sum : 0);
-    float before = 0;
     for (const MediumComponent& m : setup.volumes[i].components) {
-      all.push_back({&m, (m.share_up_to - before) * of_volume});
-      before = m.share_up_to;
+      all.push_back({&m, float(m.share) * of_volume});
     }
   }
   return all;

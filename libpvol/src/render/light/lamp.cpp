@@ -21,13 +21,10 @@ Lamp lamp_of(const LightSource& light) { return std::visit(AsPoint{}, light); }
 
 Lamps::Lamps(std::span<const LightSource> lights) {
   for (const LightSource& light : lights) all.push_back(lamp_of(light));
-  const auto first = std::ranges::find_if(all, [](const Lamp& l) { return l.power > 0; });
-  if (first == all.end()) return;
-  origin = first->position;
+  if (std::ranges::none_of(all, [](const Lamp& l) { return l.power > 0; })) return;
   const double most = std::ranges::max(all, {}, &Lamp::power).power;
   for (const Lamp& l : all) {
-    const Vec3f place(l.position - origin);
-    x.push_back(place.x), y.push_back(place.y), z.push_back(place.z);
+    x.push_back(l.position.x), y.push_back(l.position.y), z.push_back(l.position.z);
     // A lamp, however faint, is drawn at times.
     power.push_back(l.power > 0 ? std::max(float(l.power / most), 1e-20f) : 0);
   }

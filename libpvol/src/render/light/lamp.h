@@ -22,9 +22,8 @@ struct Lamp {
 /// Those of a scene by the numbers of its lights, and as tables of floats for choices among many.
 struct Lamps {
   std::vector<Lamp> all{};
-  Vec3d origin{};                    ///< of the tables: the first lamp
-  std::vector<float> x{}, y{}, z{};  ///< places, from there
-  std::vector<float> power{};        ///< with the greatest as unit
+  std::vector<double> x{}, y{}, z{};  ///< places
+  std::vector<float> power{};         ///< with the greatest as unit
 
   Lamps() = default;
   explicit Lamps(std::span<const LightSource> lights);

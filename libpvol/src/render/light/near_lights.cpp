@@ -18,10 +18,7 @@ constexpr LightSample kDark{Vec3f(0, 0, 1), Rgb(0.0f)};
 /// The corners and the centre of a box.
 std::array<Vec3d, 9> places_of(const Box& b) {
   std::array<Vec3d, 9> all;
-  for (int i = 0; i < 8; ++i) {
-    all[std::size_t(i)] = {i & 1 ? b.hi.x : b.lo.x, i & 2 ? b.hi.y : b.lo.y,
-                           i & 4 ? b.hi.z : b.lo.z};
-  }
+  for (unsigned k = 0; k < 8; ++k) all[k] = corner(b, k);
   all[8] = b.centre();
   return all;
 }
@@ -254,7 +251,11 @@ Rgb AreaSource::irradiance_on(const Box& box) const {
     if (length(way) > 0) most = std::max(most, dot(normalize(way), normal_));
   }
   const Vec3d way = centre_.position - box.centre(), rim = box.extent() * 0.5;
-  const double square = std::max({dot(way, way), dot(rim, rim), width_ * height_ / pi});
+  const double area = width_ * height_;
+  const double square = std::max({dot(way, way), dot(rim, rim), area / pi});
+  // Near its plane a lamp of that size still fills much of the view: it is not as faint there as
+  // its centre's cosine says, and what is drawn by this must not be.
+  if (most > 0) most = std::max(most, 0.5 * std::min(1.0, std::sqrt(area / square)));
   return centre_.intensity * float(most / square);
 }
 

@@ -46,14 +46,13 @@ inline void subtract_absorbed(const PathSetup& s, Rgb albedo, Rgb throughput, Pa
 }
 
 /// What a collision of a path of this throughput emits, less what it absorbs of the constant, which
-/// is the sky's. Of a component that is the same all over, or as it is there.
-template <class AnyComponent>
-inline void add_emitted(const PathSetup& s, const AnyComponent& component, Rgb throughput,
+/// is the sky's.
+inline void add_emitted(const PathSetup& s, const LocalMedium& medium, Rgb throughput,
                         PathResult& r) {
-  r.radiance += throughput * component.emitted;
+  r.radiance += throughput * medium.emitted;
   if (!r.in_layers()) return;
-  const Rgb absorbed = (Rgb(1.0f) - component.albedo) * s.constant;
-  r.emission() += throughput * (component.emitted + absorbed);
+  const Rgb absorbed = (Rgb(1.0f) - medium.albedo) * s.constant;
+  r.emission() += throughput * (medium.emitted + absorbed);
   r.sky() -= throughput * absorbed;
 }
 

@@ -13,10 +13,10 @@ Rgb local_color(const CollisionPlace& place, float time) {
   return color_in(*field, volume.cells_to_albedo.point(cells));
 }
 
-LocalMedium local_medium(const CollisionPlace& place, const MediumComponent& component,
-                         float time) {
-  if (place.volume->volume.albedo == nullptr) return everywhere(component);
-  return colored(component, local_color(place, time));
+LocalMedium local_medium(const CollisionPlace& place, float time) {
+  const VolumeSetup& volume = *place.volume;
+  if (volume.volume.albedo == nullptr) return volume.mean;
+  return mean_of(volume.components, local_color(place, time));
 }
 
 }  // namespace pvol::detail

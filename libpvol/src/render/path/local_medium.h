@@ -1,4 +1,4 @@
-// What a component of a medium is where a path collided with it.
+// What a medium is where a path collided with it.
 #pragma once
 
 #include "render/path/path_setup.h"
@@ -9,8 +9,7 @@ namespace pvol::detail {
 /// Of volumes whose albedo is no field 1.
 [[nodiscard]] Rgb local_color(const CollisionPlace& place, float time);
 
-/// The component there.
-[[nodiscard, gnu::noinline]] LocalMedium local_medium(const CollisionPlace& place,
-                                                      const MediumComponent& component, float time);
+/// The medium there, on average over its components.
+[[nodiscard, gnu::noinline]] LocalMedium local_medium(const CollisionPlace& place, float time);
 
 }  // namespace pvol::detail

@@ -16,10 +16,14 @@ class OpenLight {
   [[nodiscard]] Rgb operator()(const LightSetup& light, const SurfaceHit& surface) {
     if (surface.normal != normal_) {
       normal_ = surface.normal;
-      sky_ = light.open_sky->irradiance(normal_);
+      far_ = light.open_sky->irradiance(normal_);
+      for (const LightSource& source : light.sources) {
+        if (const auto* sun = std::get_if<SunLight>(&source)) far_ += sun->on_plane({}, normal_);
+      }
     }
-    Rgb sum = sky_;
+    Rgb sum = far_;
     for (const LightSource& source : light.sources) {
+      if (std::holds_alternative<SunLight>(source)) continue;
       sum += std::visit([&](const auto& l) { return l.on_plane(surface.place, surface.normal); },
                         source);
     }
@@ -28,7 +32,7 @@ class OpenLight {
 
  private:
   Vec3d normal_;  // of the surface that was asked for last: of planes there is but one
-  Rgb sky_;       // its irradiance
+  Rgb far_;       // its irradiance by the sky and by suns
 };
 
 }  // namespace pvol::detail

@@ -24,22 +24,25 @@ struct MediumComponent {
                 ///< T5.5)
   PhaseFunction phase;
   Rgb source{0.0f};  ///< L_e - constant
+  double share = 1;  ///< of the extinction, its own
 };
 
-/// What it is at a place, where its albedo is a field.
+/// What a collision emits, whichever component it belongs to: the mean over them, so that one of a
+/// small share that glows all the more is neither missed nor drawn with a large weight.
 struct LocalMedium {
   Rgb albedo;
-  Rgb emitted;  ///< as MediumComponent::emitted, with that albedo
+  Rgb emitted;  ///< as MediumComponent::emitted
 };
 
-/// Of a component whose albedo has the factor `color` there.
-[[nodiscard]] inline LocalMedium colored(const MediumComponent& m, Rgb color) {
-  const Rgb albedo = m.albedo * color;
-  return {albedo, (Rgb(1.0f) - albedo) * m.source};
-}
-/// Of a component that is the same everywhere.
-[[nodiscard]] inline LocalMedium everywhere(const MediumComponent& m) {
-  return {m.albedo, m.emitted};
+/// Where albedos have the factor `color`.
+[[nodiscard]] inline LocalMedium mean_of(const std::vector<MediumComponent>& components,
+                                         Rgb color = Rgb(1.0f)) {
+  Vec3d albedo, emitted;
+  for (const MediumComponent& m : components) {
+    const Rgb own = m.albedo * color;
+    albedo += Vec3d(own) * m.share, emitted += Vec3d((Rgb(1.0f) - own) * m.source) * m.share;
+  }
+  return {Rgb(albedo), Rgb(emitted)};
 }
 
 /// Of a medium whose emission counts at collisions, or not at all there.
@@ -50,7 +53,8 @@ struct LocalMedium {
   for (const Component& c : medium.components) {
     sum += c.share;
     const Rgb source = (emits ? c.emission : Rgb(0.0f)) - constant;
-    all.push_back({float(sum), c.albedo, (Rgb(1.0f) - c.albedo) * source, c.phase, source});
+    all.push_back(
+        {float(sum), c.albedo, (Rgb(1.0f) - c.albedo) * source, c.phase, source, c.share});
   }
   return all;
 }
@@ -60,6 +64,7 @@ struct VolumeSetup {
   const Volume& volume;
   Affine cells_to_world;
   std::vector<MediumComponent> components;
+  LocalMedium mean;              ///< of them, where the albedo is no field
   Affine cells_to_albedo;        ///< to those of the albedo's field, where there is one
   const FireAtCollisions* fire;  ///< whose light collisions bring; null: none
   Flights flights;               ///< through its field, one by one
@@ -74,6 +79,7 @@ struct VolumeSetup {
       : volume(v),
         cells_to_world(inverse(v.density.world_to_cells)),
         components(make_components(v.medium, constant, emits_at_collisions)),
+        mean(mean_of(components)),
         cells_to_albedo(v.albedo ? v.albedo->world_to_cells * cells_to_world : Affine{}),
         fire(fire_),
         flights(flights_),

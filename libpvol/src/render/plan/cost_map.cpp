@@ -1,7 +1,6 @@
 #include "pvol/render/cost_map.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 #include "pvol/render/render.h"

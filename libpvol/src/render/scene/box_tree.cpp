@@ -1,7 +1,6 @@
 #include "render/scene/box_tree.h"
 
 #include <cmath>
-#include <numeric>
 
 namespace pvol::detail {
 namespace {

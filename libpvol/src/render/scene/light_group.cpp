@@ -1,7 +1,6 @@
 #include "pvol/render/light_group.h"
 
 #include <algorithm>
-#include <array>
 
 #include "pvol/render/aov.h"
 

@@ -1,7 +1,5 @@
 #include "render/scene/outline.h"
 
-#include <algorithm>
-
 #include "bounds/octree_children.h"
 #include "pvol/volume/emitter.h"
 #include "pvol/volume/facts.h"
@@ -12,11 +10,7 @@ namespace {
 constexpr std::size_t kManyPlaces = 64;
 
 void add_corners(const Box& cells, const Affine& to_world, std::vector<Vec3d>& points) {
-  for (int corner = 0; corner < 8; ++corner) {
-    points.push_back(
-        to_world.point({corner & 1 ? cells.hi.x : cells.lo.x, corner & 2 ? cells.hi.y : cells.lo.y,
-                        corner & 4 ? cells.hi.z : cells.lo.z}));
-  }
+  for (unsigned k = 0; k < 8; ++k) points.push_back(to_world.point(corner(cells, k)));
 }
 
 /// Cubes that are not empty, as far as they are longer than `edge` cells, and those below them.

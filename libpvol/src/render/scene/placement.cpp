@@ -1,6 +1,5 @@
 #include "pvol/render/placement.h"
 
-#include <cmath>
 #include <numbers>
 
 #include "pvol/math/moving_map.h"

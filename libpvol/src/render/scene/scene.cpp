@@ -1,5 +1,4 @@
 // What lights and options may be: each value by its row, and what rows cannot say.
-#include <cmath>
 #include <string>
 
 #include "pvol/error.h"

@@ -33,9 +33,9 @@ template <class ComponentKind>
 HWY_NOINLINE void add_emission(const WavefrontScene& s, WavefrontMemory& m,
                                const Paths<ComponentKind>& p) {
   alignas(64) float w[ComponentKind::kWeights][kLanes];
-  alignas(64) std::uint32_t id[kLanes], component[kLanes];
+  alignas(64) std::uint32_t id[kLanes];
   for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) store(p.w[c], w[c]);
-  store(p.id, id), store(as_bits(p.component), component);
+  store(p.id, id);
   const LanePlaces places(s, m, p);
   for (std::uint32_t lanes = bits_of(p.alive); lanes != 0; lanes &= lanes - 1) {
     const auto k = std::size_t(std::countr_zero(lanes));
@@ -46,9 +46,9 @@ HWY_NOINLINE void add_emission(const WavefrontScene& s, WavefrontMemory& m,
       constexpr std::size_t kSecond = ComponentKind::kWeights / 2,
                             kThird = ComponentKind::kWeights - 1;
       m.slots.add(slot_of(id[k]), number_of(id[k]), [&](PathResult& r) {
-        const MediumComponent& medium = s.volume.components[component[k]];
         const Rgb color(m.colors[0][k], m.colors[1][k], m.colors[2][k]);
-        add_emitted(s.setup, s.setup.albedo_varies ? colored(medium, color) : everywhere(medium),
+        const bool varies = s.setup.albedo_varies;
+        add_emitted(s.setup, varies ? mean_of(s.volume.components, color) : s.volume.mean,
                     Rgb(w[0][k], w[kSecond][k], w[kThird][k]), r);
       });
     }

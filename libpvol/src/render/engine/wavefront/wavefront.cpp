@@ -1,9 +1,6 @@
 // Compiles the stages once for each instruction set that has a kernel.
 #include "render/engine/wavefront/wavefront.h"
 
-#include <bit>
-#include <cmath>
-
 #include "math/instruction_sets.h"
 #define HWY_TARGET_INCLUDE "render/engine/wavefront/wavefront.cpp"
 #include <hwy/foreach_target.h>

@@ -94,8 +94,7 @@ class Slots {
     for (Rgb& part : result_.layers) part = colour(sums += 3);
     for (Rgb& part : result_.orders) part = colour(sums += 3);
     if (const double weight = collided_[slot].value(); weight != 0) {
-      const MediumComponent& component = setup_.volumes.front().components.front();
-      add_emitted(setup_, everywhere(component), Rgb(float(weight)), result_);
+      add_emitted(setup_, setup_.volumes.front().mean, Rgb(float(weight)), result_);
     }
     result_.alpha = alpha[slot];
     if (setup_.moving) result_.time = times[slot];

@@ -33,7 +33,7 @@ struct World {
 };
 
 /// Streams of a record's random numbers, as kOnTheWay.
-inline constexpr std::uint64_t kAhead = 2, kMet = 3, kLastCollision = 5;
+inline constexpr std::uint64_t kAhead = 2, kMet = 3;
 
 /// A record that waits for where its ray goes next, with the numbers for its next flight.
 struct Waiting {
@@ -225,11 +225,8 @@ template <class ComponentKind>
 void add_last_emission(const World& w, const WorldRay& r, const Waiting& of) {
   if (!(r.nearest < r.among.direct_until)) return;
   const VolumeSetup& v = w.setup.volumes[w.volume_of(r.hit)];
-  Rng rng = of.stream(kLastCollision);
-  const MediumComponent& component = v.choose_component(rng);
   const CollisionPlace here{&v, Vec3d(r.cells) - Vec3d(DenseBounds::kBorder)};
-  const LocalMedium medium =
-      w.setup.albedo_varies ? local_medium(here, component, r.time) : everywhere(component);
+  const LocalMedium medium = local_medium(here, r.time);
   const std::uint32_t id = of.q.bits(kId)[of.at];
   w.m.slots.add(slot_of(id), number_of(id), [&](PathResult& to) {
     add_emitted(w.setup, medium, path_weight<ComponentKind>(r, of.q, of.at), to);

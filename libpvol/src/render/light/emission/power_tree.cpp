@@ -107,7 +107,7 @@ PowerTree::PowerTree(const EmissionSource& source) {
   const Affine to_world = inverse(f.world_to_cells);
   std::vector<Cube> cubes;
   add_cubes(f.octree, 0, Vec3i(0), 0, cubes);
-  // Points may miss what is small: a little goes by the bounds.
+  // Points may miss what is small: a little of the power is that of the bounds.
   constexpr float kMissed = 1e-4f;
   std::vector<Node> leaves(cubes.size());
   visit_source(f, [&](const auto& value) {

@@ -1,7 +1,5 @@
 #include "render/light/sky/spectrum.h"
 
-#include <cmath>
-
 #include "pvol/math/observer.h"
 
 namespace pvol::detail {

@@ -1,7 +1,6 @@
 #include "render/scene/surface/surfaces.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "pvol/error.h"
 
