@@ -66,7 +66,7 @@ std::vector<std::string> color_parts(const std::string& name) {
 
 bool has_colors(std::span<const GridEntry> grids, const std::string& name) {
   const auto is_vector = [&](const GridEntry& g) {
-    return same_name(g.name, name) && (g.type == "vec3s" || g.type == "vec3d");
+    return same_name(g.name, name) && (g.type.starts_with("vec3s") || g.type.starts_with("vec3d"));
   };
   if (std::ranges::any_of(grids, is_vector)) return true;
   const std::vector<std::string> parts = color_parts(name);

@@ -34,6 +34,22 @@ std::string first_of(std::span<const std::string_view> names, std::span<const Gr
   return {};
 }
 
+/// Why a volume has no density.
+std::string only_a_fire(std::span<const GridEntry> grids) {
+  const auto is_density = [](const GridEntry& g) {
+    return std::ranges::any_of(kDensityNames, [&](auto n) { return same_name(g.name, n); });
+  };
+  const auto other = std::ranges::find_if(grids, [&](const GridEntry& g) {
+    const bool is_read =
+        g.type.starts_with("float") || g.type.starts_with("half") || g.type.starts_with("double");
+    return is_density(g) && !g.usable && !is_read;
+  });
+  if (other == grids.end()) return "no grid is called density: the volume has only a fire";
+  return fmt::format(
+      "the grid {} holds {}, which pvol does not read as a density: the volume has only a fire",
+      other->name, other->type);
+}
+
 }  // namespace
 
 std::vector<std::string> usual_fire_grids(std::span<const GridEntry> grids) {
@@ -60,7 +76,7 @@ std::vector<std::string> bind_fields(SceneVolume& v, std::span<const GridEntry> 
   if (v.grid.empty() && lacks_density(grids) && (v.fire || !first_of(kFireNames, grids).empty())) {
     v.grid = kNoGrid;
     if (!v.fire) v.fire.emplace().kelvin = 1;
-    notes.push_back("no grid is called density: the volume has only a fire");
+    notes.push_back(only_a_fire(grids));
   } else if (v.grid.empty() && v.shows_fire && !v.fire && has_flames(grids)) {
     v.fire.emplace();
     notes.push_back("it burns (--grid density shows the smoke alone)");

@@ -18,8 +18,6 @@ namespace {
 
 using namespace pvol;
 
-double luminance_of(Vec3d c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
-
 std::vector<Vec3d> means(const Film& film) {
   std::vector<Vec3d> all;
   for (const PixelSums& p : film.pixels) all.push_back(mean(p));
@@ -28,7 +26,7 @@ std::vector<Vec3d> means(const Film& film) {
 
 double mean_luminance(const std::vector<Vec3d>& colour) {
   double sum = 0;
-  for (const Vec3d& c : colour) sum += luminance_of(c);
+  for (const Vec3d& c : colour) sum += luminance(c);
   return sum / double(colour.size());
 }
 
@@ -41,9 +39,9 @@ void print(const char* name, const std::vector<Vec3d>& colour, const Film& noisy
   double squares = 0, relative = 0;
   int black = 0;
   for (std::size_t i = 0; i < colour.size(); ++i) {
-    const double truth = luminance_of(mean(reference.pixels[i]));
-    const double square =
-        std::pow(luminance_of(colour[i]) - truth, 2) - noise_of(reference.pixels[i]);
+    const double truth = luminance(mean(reference.pixels[i]));
+    const Vec3d d = colour[i] - mean(reference.pixels[i]);
+    const double square = luminance(d * d) - noise_of(reference.pixels[i]);
     squares += square, relative += square / (truth * truth + 1e-4 * all * all);
     for (int c = 0; c < 3; ++c) black += colour[i][c] == 0 && mean(noisy.pixels[i])[c] > 0;
   }
@@ -60,9 +58,9 @@ void print_layer(const FilteredLayer& f, const Film& noisy, const Film& referenc
   const double all = mean_luminance(means(reference)), n = double(noisy.pixels.size());
   double before = 0, after = 0;
   for (std::size_t i = 0; i < noisy.pixels.size(); ++i) {
-    const double is = luminance_of(value(*truth, reference, i));
-    before += std::pow(luminance_of(value(layer, noisy, i)) - is, 2);
-    after += std::pow(luminance_of(f.values[i]) - is, 2);
+    const double is = luminance(value(*truth, reference, i));
+    before += std::pow(luminance(value(layer, noisy, i)) - is, 2);
+    after += std::pow(luminance(f.values[i]) - is, 2);
   }
   std::printf("  %-12s  RMSE %6.3f -> %6.3f %% of the picture's mean\n", layer.name.c_str(),
               100 * std::sqrt(before / n) / all, 100 * std::sqrt(after / n) / all);

@@ -22,8 +22,6 @@ namespace {
 
 using namespace pvol;
 
-double luminance_of(Vec3d c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
-
 std::string file_of_frame(const std::string& pattern, int frame) {
   const std::size_t end = pattern.rfind('#') + 1;
   std::size_t begin = end;
@@ -46,7 +44,7 @@ Frame read(const std::string& noisy, const std::string& reference, int frame) {
           FilterFrame(stored.film, middle_camera(scene.scene.camera), {}, double(frame)),
           {}};
   for (const PixelSums& p : formats::read_film(reference).film.pixels) {
-    f.truth.push_back(luminance_of(mean(p)));
+    f.truth.push_back(luminance(mean(p)));
   }
   if (f.truth.size() != f.noisy.pixels.size()) throw Error(noisy + ": differs in size");
   return f;
@@ -61,7 +59,7 @@ double mean_of(const std::vector<double>& values) {
 std::vector<double> errors_of(const Frame& f, const std::vector<Vec3d>& colour) {
   std::vector<double> errors;
   for (std::size_t i = 0; i < colour.size(); ++i) {
-    errors.push_back(luminance_of(colour[i]) - f.truth[i]);
+    errors.push_back(luminance(colour[i]) - f.truth[i]);
   }
   return errors;
 }

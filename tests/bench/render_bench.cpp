@@ -52,8 +52,6 @@ double cpu_seconds() {
          1e-6 * double(u.ru_utime.tv_usec + u.ru_stime.tv_usec);
 }
 
-double luminance_of(Vec3d c) { return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z; }
-
 /// A cloud, what it is made of, and how it is looked at.
 struct Subject {
   formats::Cloud cloud;
@@ -85,9 +83,9 @@ void measure(Subject subject, const Configuration& c, Measurement& m) {
 
   m.depth = volume.density.octree.depth;
   for (const PixelSums& p : film.pixels) {
-    m.mean += luminance_of(mean(p)) / double(film.pixels.size());
+    m.mean += luminance(mean(p)) / double(film.pixels.size());
     m.variance +=
-        luminance_of(variance_of_mean(p)) * scene.options.samples / double(film.pixels.size());
+        luminance(variance_of_mean(p)) * scene.options.samples / double(film.pixels.size());
   }
   scene.options.count = true;
   m.counts = render(volume, scene).counts;

@@ -131,6 +131,29 @@ TEST_F(ColorFiles, FitKeepsThem) {
   EXPECT_EQ(none["fields"].size(), 0u);
 }
 
+// Velocities by three grids are one field, not four, and of grids of one name there is one.
+TEST_F(ColorFiles, FitKeepsAllFieldsOnce) {
+  const std::vector<float> ones(512, 1.0f);
+  std::vector<VoxelGrid> grids;
+  for (const char* name : {"density", "vel.x", "vel.y", "vel.z", "density", "heat"}) {
+    grids.push_back(make_grid({.values = ones.data(), .size = Vec3i(8)}));
+    grids.back().name = name;
+  }
+  std::vector<const VoxelGrid*> all;
+  for (const VoxelGrid& g : grids) all.push_back(&g);
+  formats::write_vdb(folder_ / "all.vdb", all);
+  const RunResult r = run(PVOL_FIT, {folder_ / "all.vdb", "--grid", "density[0]", "-o",
+                                     folder_ / "all.pvol", "--json", "--fields", "all"});
+  EXPECT_TRUE(says(r.err, "grids.further_of_a_name")) << r.err;
+  std::vector<std::string> names;
+  const json report = json::parse(r.out);
+  for (const json& f : report["fields"]) {
+    names.push_back(f["name"]);
+    EXPECT_EQ(f["active_voxels"], 512) << names.back();
+  }
+  EXPECT_EQ(names, (std::vector<std::string>{"heat", "vel.x+", "vel.y+", "vel.z+"}));
+}
+
 TEST_F(ColorFiles, ConvertGivesThemBack) {
   run(PVOL_FIT, {folder_ / "smoke.vdb", "-o", folder_ / "s.pvol", "--fields", "Cd"});
   const RunResult r = run(PVOL_CONVERT, {folder_ / "s.pvol", folder_ / "back.vdb"});

@@ -367,5 +367,17 @@ TEST(StatsInfo, GoesOnAfterAFileThatCannotBeRead) {
   EXPECT_TRUE(says(r.out, "stats.info_places"));
 }
 
+TEST(StatsInfo, OfADamagedFileIsAFailure) {
+  const ScratchFolder folder;
+  const VoxelGrid density = small_box("density");
+  const std::string vdb = folder / "a.vdb", pvol = folder / "a.pvol";
+  formats::write_vdb(vdb, {&density});
+  ASSERT_EQ(run_tool(PVOL_FIT, {vdb, "-o", pvol, "--density", "reference"}).exit, 0);
+  std::filesystem::remove(vdb);
+  const RunResult r = run_tool(PVOL_STATS, {"info", pvol});
+  EXPECT_EQ(r.exit, 1) << r.out << r.err;
+  EXPECT_NE(r.out.find("cannot be read"), std::string::npos) << r.out;
+}
+
 }  // namespace stats_test
 }  // namespace pvol

@@ -99,6 +99,19 @@ TEST(Cryptomatte, IsReadByOthersRankByRank) {
   }
 }
 
+/// Keyers that look at one part alone find the names there; others look at the first.
+TEST(Cryptomatte, ItsPartHasTheNamesAsWell) {
+  const TemporaryFolder folder;
+  for (const bool multipart : {false, true}) {
+    const auto file = folder.file("a.exr");
+    (void)write_exr(file, make_film(), {}, {.multipart = multipart});
+    const std::string bytes = read_bytes(file);
+    int found = 0;
+    for (std::size_t at = 0; (at = bytes.find("/manifest", at)) != std::string::npos; ++at) ++found;
+    EXPECT_EQ(found, multipart ? 2 : 1);
+  }
+}
+
 TEST(Cryptomatte, IsMadeAgainOfAPictureThatWasRead) {
   const TemporaryFolder folder;
   const Film film = make_film();

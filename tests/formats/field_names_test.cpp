@@ -33,6 +33,14 @@ TEST(FieldNames, FiresGoByFlamesAndTemperature) {
   EXPECT_EQ(usual_fire_grids(vectors), (Names{"temperature"}));
 }
 
+TEST(FieldNames, ADensityOfAnotherTypeIsNamed) {
+  std::vector<GridEntry> all = grids({"temperature", "flames"});
+  all.push_back({"density", "int32", false});
+  SceneVolume v;
+  EXPECT_TRUE(says(bind_fields(v, all).front(), "grids.density_of_another_type"));
+  EXPECT_EQ(v.grid, kNoGrid);
+}
+
 TEST(FieldNames, VelocitiesAreVectorsOrThreeNumbers) {
   for (const char* between : {".", "_", ""}) {
     std::vector<std::string> names = {"density"};

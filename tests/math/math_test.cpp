@@ -355,8 +355,8 @@ TEST(OrthonormalBasis, IsExactAlongTheAxesWithEitherZero) {
 
 TEST(Luminance, OfWhiteIsOne) {
   EXPECT_NEAR(luminance(Rgb(1.0f)), 1, 1e-7);
-  EXPECT_GT(luminance({0, 1, 0}), luminance({1, 0, 0}));
-  EXPECT_GT(luminance({1, 0, 0}), luminance({0, 0, 1}));
+  EXPECT_GT(luminance(Rgb(0, 1, 0)), luminance(Rgb(1, 0, 0)));
+  EXPECT_GT(luminance(Rgb(1, 0, 0)), luminance(Rgb(0, 0, 1)));
 }
 
 TEST(Circle, PointsLieWithinTheStatedError) {

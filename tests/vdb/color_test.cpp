@@ -67,8 +67,12 @@ void expect_vectors(const ColorGrid& grid) {
 }
 
 TEST_F(Colors, AreTheActiveVectors) {
-  for (const fs::path& file :
-       {write({vectors<openvdb::Vec3SGrid>("Cd")}), write({vectors<openvdb::Vec3DGrid>("Cd")})}) {
+  const auto as_halves = vectors<openvdb::Vec3SGrid>("Cd");
+  as_halves->setSaveFloatAsHalf(true);
+  const openvdb::GridCPtrVec all{vectors<openvdb::Vec3SGrid>("Cd"),
+                                 vectors<openvdb::Vec3DGrid>("Cd"), as_halves};
+  for (const openvdb::GridBase::ConstPtr& grid : all) {
+    const fs::path file = write({grid});
     const LoadedColor loaded = read_color(file, "cd");
     expect_vectors(loaded.grid);
     EXPECT_TRUE(loaded.report.warnings.empty());

@@ -12,7 +12,6 @@
 #include <chrono>
 #include <cinttypes>
 #include <csignal>
-#include <cstdint>
 #include <cstdio>
 #include <fstream>
 #include <initializer_list>
@@ -178,6 +177,7 @@ void watch_signals(const std::string& tool) {
   // A reader of the log that is gone ends no render: writing fails instead, here and in children.
   outlives_readers = is_ignored(SIGPIPE);
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);  // likewise of files beyond a limit
   sigset_t set = set_of(kEndingSignals);
   if (!is_ignored(SIGUSR1)) sigaddset(&set, SIGUSR1);
   sigaddset(&set, kLostPage);

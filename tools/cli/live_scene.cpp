@@ -152,7 +152,7 @@ void LiveScene::load_files(formats::SceneFile& scene) const {
     sky->width = known_sky->width, sky->height = known_sky->height;
     sky->pixels = known_sky->pixels;
   } else {
-    load_sky(scene);
+    load_sky("pvol", scene);
   }
   for (Surface& surface : scene.scene.surfaces) {
     for (const Surface& known : surfaces_) {

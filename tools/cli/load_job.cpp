@@ -57,7 +57,7 @@ void warn_of_bounds(const std::filesystem::path& file, const Volume& volume) {
 /// Makes the clouds of a job's scene ready, and chooses the extinctions and the camera that it
 /// leaves open.
 void load_scene(const RenderOptionsGiven& o, RenderJob& job) {
-  load_sky(job.file);
+  load_sky(kRenderTool, job.file);
   load_surfaces(job.file);
   Scene& scene = job.file.scene;
   SceneClouds clouds({kRenderTool, o.common.quiet}, o.grid.strict, job.file);

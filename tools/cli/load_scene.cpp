@@ -229,11 +229,16 @@ formats::SceneFile read_scene(const std::filesystem::path& input,
   }
 }
 
-void load_sky(formats::SceneFile& file) {
+void load_sky(const std::string& tool, formats::SceneFile& file) {
   auto* sky = std::get_if<ImageSky>(&file.scene.environment);
   if (!sky) return;
   ImageSky picture =
       formats::read_sky(sky->file, {sky->color_space, file.scene.options.color_space});
+  if (picture.width != 2 * picture.height) {
+    print_warnings(tool, {fmt::format("{}: the sky has {} x {} pixels, expected twice as many "
+                                      "across as down: longitudes by latitudes, evenly",
+                                      sky->file, picture.width, picture.height)});
+  }
   sky->width = picture.width;
   sky->height = picture.height;
   sky->pixels = std::move(picture.pixels);

@@ -26,8 +26,9 @@ inline constexpr double kChosenThickness = 40;
                                             const std::vector<std::string>& sets,
                                             const std::string& grid = {});
 
-/// Reads the pixels of the scene's sky, where it is a picture.
-void load_sky(formats::SceneFile& file);
+/// Reads the pixels of the scene's sky, where it is a picture; warns of one that has not the shape
+/// of longitudes by latitudes.
+void load_sky(const std::string& tool, formats::SceneFile& file);
 
 /// Reads the bodies and triangles of the scene's surfaces, those that lack them, from their files.
 /// Throws Error for files that cannot be read and for bodies without a surface in closed form.
@@ -53,7 +54,8 @@ struct Loader {
 }
 
 /// A volume's cloud as the scene's options want it: bounds for the interpolation, precision,
-/// preview; with the fields of its fire. Names the grids that the volume leaves open, and says so.
+/// preview; with the fields of its fire. Tells which grids it chose where the volume leaves them
+/// open.
 [[nodiscard]] formats::Cloud load_cloud(const Loader& by, formats::SceneVolume& volume, bool strict,
                                         const formats::SceneFile& scene);
 

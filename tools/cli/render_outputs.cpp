@@ -90,14 +90,16 @@ namespace {
                                  const Error& failure) {
   FrameJob other = frame;
   std::string names;
-  const auto rename = [&](std::filesystem::path& file) {
+  // Pictures of one name in different folders stay apart.
+  const auto rename = [&](std::filesystem::path& file, const char* kind) {
     if (file.empty()) return;
     file = std::filesystem::temp_directory_path() /
-           fmt::format("pvol-{}-{}", getpid(), file.filename().string());
+           fmt::format("pvol-{}-{}{}", getpid(), kind, file.filename().string());
     names += (names.empty() ? "" : " and ") + file.string();
   };
   try {
-    rename(other.outputs.exr), rename(other.outputs.png), rename(other.outputs.deep);
+    rename(other.outputs.exr, ""), rename(other.outputs.png, "");
+    rename(other.outputs.deep, "deep-");
     save_pictures(other, job, t);
   } catch (const std::exception&) {
     throw Error(failure.what());

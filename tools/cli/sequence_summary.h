@@ -1,7 +1,6 @@
 // What became of the frames of a sequence.
 #pragma once
 
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 
 #include "pvol/formats/image.h"
 #include "pvol/formats/mesh_file.h"

@@ -1,7 +1,6 @@
 // What a command line says of cutting work up.
 #pragma once
 
-#include <array>
 #include <optional>
 
 #include "pvol/math/names.h"

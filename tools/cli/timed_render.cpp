@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <iostream>
@@ -55,15 +56,39 @@ class Checkpoints {
   std::atomic<bool> due_ = false;
 };
 
-/// "noise 7.2 % (4 % of the mean), 2.1 % expected", where the number of samples wanted is known:
-/// noise falls with its root.
+/// The noise of pixels (`pixel_noise`) once they have `times` as many samples: it falls with their
+/// root. Beside its own brightness a pixel that few samples found bright never has more than one of
+/// them, so that of small blocks is looked at as well, and the larger noise is expected.
+double expected_noise(const Film& film, double noise, double times) {
+  constexpr int kEdge = 4;
+  double light = 0;
+  for (const PixelSums& p : film.pixels) light += luminance(mean(p));
+  const double pixels = double(film.pixels.size());
+  double sum = 0;
+  for (int y = 0; y < film.crop_height; y += kEdge) {
+    for (int x = 0; x < film.crop_width; x += kEdge) {
+      double variance = 0, brightness = 0, count = 0;
+      for (int j = y; j < std::min(y + kEdge, film.crop_height); ++j) {
+        for (int i = x; i < std::min(x + kEdge, film.crop_width); ++i) {
+          const PixelSums& p = film.at(i, j);
+          variance += noise_of(p), brightness += luminance(mean(p)), ++count;
+        }
+      }
+      sum += variance / squared_unit_of_noise(brightness / count, light / pixels);
+    }
+  }
+  return std::max(noise, std::sqrt(sum / pixels)) / std::sqrt(times);
+}
+
+/// "noise 7.2 % (4 % of the mean), 2.1 % expected", where the number of samples wanted is known.
 std::string note(const Film& film, std::uint64_t wanted) {
   double done = 0;
   for (const PixelSums& p : film.pixels) done += p.samples;
   std::string text = noise_text(film);
   const std::optional<double> noise = pixel_noise(film);
   if (double(wanted) > done && noise.value_or(0) > 0) {
-    text += ", " + readable(100 * *noise * std::sqrt(done / double(wanted))) + " % expected";
+    text +=
+        ", " + readable(100 * expected_noise(film, *noise, double(wanted) / done)) + " % expected";
   }
   return text;
 }

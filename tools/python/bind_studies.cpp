@@ -4,7 +4,6 @@
 
 #include <memory>
 #include <string>
-#include <utility>
 
 #include "pvol/error.h"
 #include "python/bind.h"

@@ -5,7 +5,6 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <string>
 
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/scene_file.h"

@@ -1,7 +1,6 @@
 #include "python/pictures.h"
 
 #include <atomic>
-#include <string_view>
 #include <utility>
 
 #include "cli/cli.h"

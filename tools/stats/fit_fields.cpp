@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 
 #include "cli/cli.h"
+#include "pvol/density/sample_count.h"
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/color.h"
 #include "pvol/formats/field_names.h"
@@ -64,6 +66,38 @@ bool is_velocity(const std::vector<formats::GridEntry>& grids, const std::string
          (usual || formats::usual_color_grid(grids) != name);
 }
 
+/// Whether a grid is a component of vectors of this name, which are kept whole.
+bool is_component(const std::string& grid, const std::string& vectors) {
+  if (vectors.empty() || grid.size() <= vectors.size()) return false;
+  const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
+  if (!std::ranges::equal(grid.substr(0, vectors.size()), vectors, {}, lower, lower)) return false;
+  const std::string rest = grid.substr(vectors.size());
+  const bool apart = rest.front() == '.' || rest.front() == '_';
+  const int axis = rest.size() == (apart ? 2u : 1u) ? lower(rest.back()) : 0;
+  return axis >= 'x' && axis <= 'z';
+}
+
+/// "density" of "density[1]": what a further grid of a name would be called in the file.
+std::string name_in_file(const std::string& grid) { return grid.substr(0, grid.find('[')); }
+
+/// All grids of numbers but the components of vectors, one of each name, and not the density's.
+std::vector<std::string> all_numbers(const std::vector<formats::GridEntry>& grids,
+                                     const std::string& taken,
+                                     const std::vector<std::string>& vectors) {
+  std::vector<std::string> names, called{name_in_file(taken)};
+  for (const formats::GridEntry& g : grids) {
+    const auto is_of = [&](const std::string& v) { return is_component(g.name, v); };
+    if (!g.usable || g.name == taken || std::ranges::any_of(vectors, is_of)) continue;
+    const std::string name = name_in_file(g.name);
+    if (std::ranges::count(called, name) > 0) {
+      print_warnings("pvol-fit", {"the grid " + g.name + " is left out: another one has its name"});
+      continue;
+    }
+    names.push_back(g.name), called.push_back(name);
+  }
+  return names;
+}
+
 /// The grids that go into the file besides the density, which is `taken`.
 std::vector<std::string> choose_fields(const FitOptions& o, const std::string& taken) {
   if (o.fields == "none") return {};
@@ -75,18 +109,17 @@ std::vector<std::string> choose_fields(const FitOptions& o, const std::string& t
   std::vector<std::string> names;
   const std::string color =
       formats::ending(o.input) == ".vdb" ? formats::usual_color_grid(grids) : "";
+  const std::string velocity = formats::usual_velocity(grids);
   if (o.fields == "auto") {
     names = formats::usual_fire_grids(grids);
   } else if (o.fields == "all") {
-    for (const formats::GridEntry& g : grids) {
-      if (g.usable) names.push_back(g.name);
-    }
+    names = all_numbers(grids, taken, {color, velocity});
   } else {
     const Value list = parse_value(any_text().times(2), o.fields);
     for (const Value& v : *list.list()) names.push_back(*v.word());
   }
   if ((o.fields == "auto" || o.fields == "all") && !color.empty()) names.push_back(color);
-  if (const std::string velocity = formats::usual_velocity(grids); !velocity.empty()) {
+  if (!velocity.empty()) {
     if (o.fields == "all") names.push_back(velocity);
     if (o.fields == "auto") {
       print_warnings("pvol-fit",
@@ -138,6 +171,8 @@ void add_velocity(const FitOptions& o, const std::string& name, Fit& f) {
     formats::LoadedGrid part{std::move(parts[i]), {}};
     part.grid.name = part.report.grid = names[i];
     part.report.type = "velocity";
+    const SampleCount count = count_samples(part.grid);
+    part.report.active = count.active, part.report.largest = count.largest;
     add_field(o, part, true, f);
   }
 }
@@ -152,6 +187,7 @@ void add_field(const FitOptions& o, const std::string& name, Fit& f) {
     return add_colors(o, name, f);
   }
   formats::LoadedGrid loaded = formats::load_grid(o.input, {name, o.grid.strict});
+  print_warnings("pvol-fit", loaded.report.warnings);
   add_field(o, loaded, false, f);
 }
 

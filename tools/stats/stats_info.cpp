@@ -193,6 +193,9 @@ int run_info(const InfoOptions& o) {
     try {
       if (!std::filesystem::exists(file)) throw Error(file.string() + ": there is no such file");
       const FileInfo info = info_of(file);
+      if (std::ranges::any_of(info.grids, [](const auto& g) { return !g.problem.empty(); })) {
+        code = kFailure;
+      }
       if (o.json) {
         all.push_back(json_of(info));
       } else {

@@ -121,7 +121,7 @@ LoadedScene load_scene(formats::SceneFile file, const SceneOptions& o, int pixel
                        const LoadCloud& load) {
   LoadedScene loaded;
   loaded.file = std::move(file);
-  load_sky(loaded.file);
+  load_sky("pvol-stats", loaded.file);
   load_surfaces(loaded.file);
   loaded.force = o.force;
   choose_size(o, pixels, loaded);

@@ -99,8 +99,8 @@ bool is_colour(const std::string& name) {
 Plane to_luminance(const Plane& plane) {
   Plane grey;
   for (std::size_t i = 0; i + 2 < plane.values.size(); i += 3) {
-    grey.values.push_back(0.2126f * plane.values[i] + 0.7152f * plane.values[i + 1] +
-                          0.0722f * plane.values[i + 2]);
+    grey.values.push_back(
+        luminance(Rgb(plane.values[i], plane.values[i + 1], plane.values[i + 2])));
   }
   return grey;
 }

@@ -1,7 +1,6 @@
 // Triangles of several meshes in one.
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 #include "pvol/math/affine.h"

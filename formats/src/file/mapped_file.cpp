@@ -14,7 +14,11 @@ namespace pvol::formats::detail {
 namespace {
 
 [[noreturn]] void fail(const std::filesystem::path& file) {
-  throw Error(file.string() + ": cannot be read (" + std::generic_category().message(errno) + ").");
+  const char* limit =
+      errno == ENOMEM ? "; all of a file counts for --memory-limit and ulimit -v: raise the limit"
+                      : ".";
+  throw Error(file.string() + ": cannot be read (" + std::generic_category().message(errno) + ")" +
+              limit);
 }
 
 }  // namespace

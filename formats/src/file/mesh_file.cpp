@@ -7,7 +7,6 @@
 #include <charconv>
 #include <fstream>
 #include <string>
-#include <vector>
 
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"

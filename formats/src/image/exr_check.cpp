@@ -8,7 +8,6 @@
 #include <ImfStringAttribute.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <limits>
 

@@ -21,7 +21,9 @@ namespace {
 void check_radiance(Rgb c, std::size_t index, std::size_t width) {
   if (is_finite(c) && min_component(c) >= 0) return;
   throw Error(
-      fmt::format("pixel ({}, {}) is ({:f}, {:f}, {:f}); expected finite radiance of at least 0",
+      fmt::format("pixel ({}, {}) is ({:g}, {:g}, {:g}); expected finite radiance of at least 0; "
+                  "of a filtered picture, cut negative numbers off: oiiotool SKY --clamp:min=0 -o "
+                  "NEW",
                   index % width, index / width, c.x, c.y, c.z));
 }
 

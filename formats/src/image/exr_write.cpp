@@ -157,8 +157,15 @@ std::uint64_t write_one(Imf::OStream& stream, const Film& film, const Attributes
   return write_pixels(out, film, group);
 }
 
+/// What keyers look for beside the names' channels.
+void add_manifest(const Attributes& attributes, Imf::Header& header) {
+  Attributes manifest = attributes;
+  std::erase_if(manifest, [](const auto& a) { return !a.first.starts_with("cryptomatte/"); });
+  detail::add_attributes(manifest, header);
+}
+
 /// A part for each group, or one for all, and one for exact sums where those are kept; the
-/// attributes are the first one's.
+/// attributes are the first one's, and those of Cryptomatte also its part's.
 std::uint64_t write_parts(Imf::OStream& stream, const Film& film, const Attributes& attributes,
                           const ExrOptions& o) {
   std::vector<Group> groups = groups_of(film, o);
@@ -170,6 +177,9 @@ std::uint64_t write_parts(Imf::OStream& stream, const Film& film, const Attribut
     header.setType(Imf::SCANLINEIMAGE);
   }
   detail::add_attributes(attributes, headers.front());
+  for (std::size_t i = 1; i < groups.size(); ++i) {
+    if (groups[i].name == detail::kCryptomatte) add_manifest(attributes, headers[i]);
+  }
   if (o.sums) headers.push_back(detail::make_sums_header(*o.sums->film, o.sums->record));
   Imf::MultiPartOutputFile out(stream, headers.data(), int(headers.size()));
   std::uint64_t clamped = 0;

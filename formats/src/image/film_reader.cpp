@@ -4,8 +4,6 @@
 #include <ImfInputPart.h>
 #include <ImfMultiPartInputFile.h>
 
-#include <string_view>
-
 #include "image/exr_check.h"
 #include "image/exr_sums.h"
 #include "pvol/error.h"

@@ -1,5 +1,4 @@
 // From scene light to what a screen shows.
-#include <algorithm>
 
 #include "pvol/formats/image.h"
 

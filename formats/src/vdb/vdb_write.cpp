@@ -8,7 +8,6 @@
 #include <array>
 #include <fstream>
 #include <sstream>
-#include <string_view>
 
 #include "pvol/error.h"
 #include "pvol/formats/memory.h"

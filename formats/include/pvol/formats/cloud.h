@@ -75,7 +75,7 @@ struct CloudMotion {
   Shutter shutter;
 };
 
-/// The fields that a fire goes by, with their bounds.
+/// The fields of a fire, with their bounds.
 struct FireFields {
   Cloud field;
   std::optional<Cloud> color_by;  ///< where colours take another one
@@ -85,7 +85,7 @@ struct FireFields {
 [[nodiscard]] FireFields load_fire(const std::filesystem::path& file, const Fire& fire,
                                    bool strict = false);
 
-/// The grid that a cloud's albedo goes by: of colours, or of numbers with its bounds.
+/// The grid from which a cloud's albedo is made: of colours, or of numbers with its bounds.
 struct AlbedoGrid {
   std::optional<LoadedColor> colors;
   std::optional<Cloud> numbers;

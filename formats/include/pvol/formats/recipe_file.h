@@ -78,12 +78,18 @@
 //   centre = [0, 1, 0]
 //   radii = 0.2
 //
-//   [flow]                # how the recipe moves, for motion blur; struct Flow in
-//   pvol/density/flow.h velocity = [0, 1, 0]  # world units per second, everywhere spin = [0, 90,
-//   0]     # degrees per second about axes through the centre stretch = [0, 0, 0]   # growth per
-//   second along the axes, from the centre centre = [0, 0, 0] turbulence = 0.5      # world units
-//   per second, of a noise cell = 0.2            # its keys as of [[displacement]] octaves = 4 gain
-//   = 0.5 seed = 1
+// clang-format off
+//   [flow]                # how the recipe moves, for motion blur; struct Flow in pvol/density/flow.h
+//   velocity = [0, 1, 0]  # world units per second, everywhere
+//   spin = [0, 90, 0]     # degrees per second about axes through the centre
+//   stretch = [0, 0, 0]   # growth per second along the axes, from the centre
+//   centre = [0, 0, 0]
+//   turbulence = 0.5      # world units per second, of a noise
+//   cell = 0.2            # its keys as of [[displacement]]
+//   octaves = 4
+//   gain = 0.5
+//   seed = 1
+// clang-format on
 //
 // The third shape is "quadric", with `coefficients` of x^2, y^2, z^2, yz, zx, xy, x, y, z and 1;
 // its values are taken as they are. Keys have the values of the structs where they are left out;

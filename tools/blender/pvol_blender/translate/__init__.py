@@ -14,7 +14,7 @@ from .volumes import Volumes
 
 @dataclass
 class Translation:
-    """One translation of a scene, and what it goes by."""
+    """One translation of a scene, and what it needs."""
 
     depsgraph: Any
     files: Any  # files.Files, or DryFiles, which write nothing
