@@ -34,15 +34,16 @@ std::string first_of(std::span<const std::string_view> names, std::span<const Gr
   return {};
 }
 
+bool is_called_density(const GridEntry& g) {
+  return std::ranges::any_of(kDensityNames, [&](auto n) { return same_name(g.name, n); });
+}
+
 /// Why a volume has no density.
 std::string only_a_fire(std::span<const GridEntry> grids) {
-  const auto is_density = [](const GridEntry& g) {
-    return std::ranges::any_of(kDensityNames, [&](auto n) { return same_name(g.name, n); });
-  };
   const auto other = std::ranges::find_if(grids, [&](const GridEntry& g) {
     const bool is_read =
         g.type.starts_with("float") || g.type.starts_with("half") || g.type.starts_with("double");
-    return is_density(g) && !g.usable && !is_read;
+    return is_called_density(g) && !g.usable && !is_read;
   });
   if (other == grids.end()) return "no grid is called density: the volume has only a fire";
   return fmt::format(
@@ -64,10 +65,8 @@ bool has_flames(std::span<const GridEntry> grids) { return !first_of(kFlameNames
 
 bool lacks_density(std::span<const GridEntry> grids) {
   const auto usable = std::ranges::count_if(grids, [](const GridEntry& g) { return g.usable; });
-  const bool empty = std::ranges::any_of(grids, [](const GridEntry& g) {
-    return !g.usable &&
-           std::ranges::any_of(kDensityNames, [&](auto n) { return same_name(g.name, n); });
-  });
+  const bool empty = std::ranges::any_of(
+      grids, [](const GridEntry& g) { return !g.usable && is_called_density(g); });
   return (usable > 1 || (empty && usable > 0)) && first_of(kDensityNames, grids).empty();
 }
 

@@ -18,6 +18,9 @@ namespace {
 
 using detail::same_name;
 
+/// Between the name of vectors and x, y or z, where each component is a grid of its own.
+constexpr std::array kBetween = {".", "_", ""};
+
 constexpr std::string_view kParts[] = {".x+", ".x-", ".y+", ".y-", ".z+", ".z-"};
 
 /// What stands before the part in a name; "" where it is none of a velocity.
@@ -98,9 +101,17 @@ bool has_velocity(std::span<const GridEntry> grids, const std::string& name) {
     });
   };
   if (has(name, true) || !find_parts(grids, name).empty()) return true;
-  return std::ranges::any_of(std::array{".", "_", ""}, [&](const char* between) {
+  return std::ranges::any_of(kBetween, [&](const char* between) {
     const std::string stem = name + between;
     return has(stem + "x", false) && has(stem + "y", false) && has(stem + "z", false);
+  });
+}
+
+bool is_component(const std::string& grid, const std::string& vectors) {
+  return std::ranges::any_of(kBetween, [&](const char* between) {
+    return std::ranges::any_of(std::string_view("xyz"), [&](char axis) {
+      return same_name(grid, vectors + between + axis);
+    });
   });
 }
 

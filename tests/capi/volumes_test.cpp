@@ -182,6 +182,15 @@ TEST(CapiVolume, SaysWhatIsWrong) {
 }
 
 /// Of one number over and over: all bricks are occupied.
+/// Rounding leaves an inverse to rows that depend on each other.
+TEST(CapiVolume, RefusesMapsThatFlatten) {
+  const Smoke smoke;
+  api::Volume v;
+  v.set(PVOL_DENSITY, smoke.array());
+  v.set_transform(PVOL_DENSITY, {1, 2, 3, 0, 4, 5, 6, 0, 7, 8, 9, 0});
+  EXPECT_TRUE(says(error_of([&] { v.commit(); }).what(), "capi.map_that_flattens"));
+}
+
 TEST(CapiVolume, RefusesWhatNoMemoryHolds) {
   constexpr std::int32_t kMany = 100'000;
   const std::vector<float> ones(kMany, 1.0f);

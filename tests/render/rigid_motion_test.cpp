@@ -362,6 +362,9 @@ TEST(RigidMotion, RefusesPlacesThatBecomeFlatOrAreTooMany) {
     return error_of([&] { (void)moving(block(), s, places); });
   };
   EXPECT_TRUE(says(error(alone(shrinks)), "motion.moving_placement_becomes"));
+  MovingMap turns;
+  turns.turns = {{.axis = {0, 2, 0}, .angle = 0, .rate = 0.1}};
+  EXPECT_TRUE(says(error(alone(turns)), "motion.turn_about_no_unit_axis"));
   EXPECT_TRUE(
       says(error({MovingPlace{}, place_of(shrinks, {})}), "motion.moving_placement_becomes_flat"));
   s.camera.shutter = {-5, 1.5};

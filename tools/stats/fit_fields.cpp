@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 
 #include "cli/cli.h"
 #include "pvol/density/sample_count.h"
@@ -66,17 +65,6 @@ bool is_velocity(const std::vector<formats::GridEntry>& grids, const std::string
          (usual || formats::usual_color_grid(grids) != name);
 }
 
-/// Whether a grid is a component of vectors of this name, which are kept whole.
-bool is_component(const std::string& grid, const std::string& vectors) {
-  if (vectors.empty() || grid.size() <= vectors.size()) return false;
-  const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
-  if (!std::ranges::equal(grid.substr(0, vectors.size()), vectors, {}, lower, lower)) return false;
-  const std::string rest = grid.substr(vectors.size());
-  const bool apart = rest.front() == '.' || rest.front() == '_';
-  const int axis = rest.size() == (apart ? 2u : 1u) ? lower(rest.back()) : 0;
-  return axis >= 'x' && axis <= 'z';
-}
-
 /// "density" of "density[1]": what a further grid of a name would be called in the file.
 std::string name_in_file(const std::string& grid) { return grid.substr(0, grid.find('[')); }
 
@@ -86,7 +74,9 @@ std::vector<std::string> all_numbers(const std::vector<formats::GridEntry>& grid
                                      const std::vector<std::string>& vectors) {
   std::vector<std::string> names, called{name_in_file(taken)};
   for (const formats::GridEntry& g : grids) {
-    const auto is_of = [&](const std::string& v) { return is_component(g.name, v); };
+    const auto is_of = [&](const std::string& v) {
+      return !v.empty() && formats::is_component(g.name, v);
+    };
     if (!g.usable || g.name == taken || std::ranges::any_of(vectors, is_of)) continue;
     const std::string name = name_in_file(g.name);
     if (std::ranges::count(called, name) > 0) {

@@ -4,14 +4,13 @@
 
 #include <algorithm>
 
+#include "file/byte_order_mark.h"
 #include "file/byte_source.h"
 #include "pvol/error.h"
 #include "pvol/formats/cloud.h"
 
 namespace pvol::formats::detail {
 namespace {
-
-constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // some editors write one
 
 std::string read_text(const std::filesystem::path& file) {
   if (ending(file) == ".gz") {
@@ -36,7 +35,7 @@ PbrtTokens::PbrtTokens(const std::filesystem::path& file)
     : file_(file),
       name_(std::make_shared<const std::string>(file.string())),
       text_(std::make_shared<const std::string>(read_text(file))) {
-  if (text_->starts_with(kByteOrderMark)) at_ = kByteOrderMark.size();
+  at_ = byte_order_mark(*text_);
 }
 
 void PbrtTokens::skip_blanks() {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "file/byte_order_mark.h"
 #include "file/byte_source.h"
 #include "file/parse_number.h"
 #include "pvol/error.h"
@@ -13,7 +14,6 @@ namespace pvol::formats::detail {
 namespace {
 
 constexpr std::string_view kUsdaHeader = "#usda ", kOldHeader = "#sdf ";
-constexpr std::string_view kUsdaByteOrderMark = "\xEF\xBB\xBF";  // of UTF-8
 constexpr std::uint64_t kMostUsdaBytes = std::uint64_t(1) << 32;
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -39,7 +39,7 @@ std::string read_usda_text(const std::filesystem::path& file) {
   }
   std::string text(source.size(), '\0');
   source.copy(0, source.size(), text.data());
-  if (text.starts_with(kUsdaByteOrderMark)) text.erase(0, kUsdaByteOrderMark.size());
+  text.erase(0, byte_order_mark(text));
   const std::string name = file.string(), stem = file.stem().string();
   if (text.starts_with("PXR-USDC")) {
     // Those that end in .usda may be binary too.

@@ -11,6 +11,7 @@
 #include "pvol/math/rng.h"
 #include "pvol/volume/batch.h"
 #include "pvol/volume/volume.h"
+#include "volume/unit_direction.h"
 
 namespace pvol::detail {
 
@@ -45,16 +46,8 @@ struct BatchRay {
 /// range of doubles are scaled.
 [[nodiscard]] inline std::optional<BatchRay> read_ray(const RayBatch& rays, std::size_t i) {
   BatchRay r{{vector_at(rays.origins, i), vector_at(rays.directions, i)}, number_at(rays.t_max, i)};
-  const double squared = dot(r.world.d, r.world.d);
-  if (!(squared > 0x1p-1000 && squared < 0x1p1000)) {
-    const Vec3d size = max(r.world.d, -r.world.d);
-    const double most = max_component(size);
-    if (!is_finite(r.world.d) || most == 0) return std::nullopt;
-    // In two steps, for the reciprocal of the smallest doubles is infinite.
-    const double step = most < 1 ? 0x1p500 : 0x1p-500;
-    r.world.d = r.world.d * step / (most * step);
-  }
-  if (!is_finite(r.world.o) || std::isnan(r.t_max)) return std::nullopt;
+  r.world.d = in_range(r.world.d);
+  if (r.world.d == Vec3d{} || !is_finite(r.world.o) || std::isnan(r.t_max)) return std::nullopt;
   return r;
 }
 

@@ -9,6 +9,12 @@
 
 namespace pvol::detail {
 
+[[noreturn]] void refuse_flat() {
+  throw Error(
+      "the volume's placement in the world is singular or not finite: it flattens the cloud. Check "
+      "the grid's transform and the scene's scale, rotate and matrix.");
+}
+
 double column_length(const Affine& a, int axis) {
   return length(Vec3d(a.m[0][axis], a.m[1][axis], a.m[2][axis]));
 }
@@ -17,20 +23,8 @@ void check_placement(const Affine& to_world, const Affine& to_cells, const Box& 
   for (int r = 0; r < 3; ++r) {
     if (!is_finite(to_cells.m[std::size_t(r)]) || !std::isfinite(to_cells.t[r]) ||
         !std::isfinite(to_world.t[r])) {
-      throw Error(
-          "the volume's placement in the world is singular or not finite: it flattens the "
-          "cloud. Check the grid's transform and the scene's scale, rotate and matrix.");
+      refuse_flat();
     }
-  }
-  // Of three columns that rounding alone keeps apart, the determinant is rounding as well.
-  constexpr double kFlat = 1e-12;
-  double box = 1;
-  for (int axis = 0; axis < 3; ++axis) box *= column_length(to_world, axis);
-  if (!(std::abs(determinant(to_world)) > kFlat * box)) {
-    throw Error(
-        "the volume's placement in the world flattens the cloud. Check the grid's transform and "
-        "the "
-        "scene's scale, rotate and matrix.");
   }
   for (int axis = 0; axis < 3; ++axis) {
     const double cells = column_length(to_cells, axis);
@@ -40,6 +34,11 @@ void check_placement(const Affine& to_world, const Affine& to_cells, const Box& 
                   "voxel size and the scene's scale.");
     }
   }
+  // Of columns that rounding alone keeps apart, the determinant is rounding as well.
+  constexpr double kFlat = 1e-12;
+  double box = 1;
+  for (int axis = 0; axis < 3; ++axis) box *= column_length(to_world, axis);
+  if (!(std::abs(determinant(to_world)) > kFlat * box)) refuse_flat();
   if (world_box.empty()) return;
   constexpr double kUlps = 4, kMaxLoss = 1e-3;
   double loss = 0;

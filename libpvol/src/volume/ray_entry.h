@@ -1,21 +1,10 @@
 // Where rays enter volumes, for calls that must not throw.
 #pragma once
 
-#include <cmath>
-
 #include "pvol/trackers.h"
+#include "volume/unit_direction.h"
 
 namespace pvol::detail {
-
-/// Of one whose square may leave the range of doubles.
-[[nodiscard]] Vec3d unit_of_extreme(const Vec3d& direction);
-
-/// The unit vector along a direction; 0 for one that is 0 or not finite.
-[[nodiscard]] inline Vec3d unit_of(const Vec3d& direction) {
-  const double squared = dot(direction, direction);
-  if (!(squared > 0x1p-1000 && squared < 0x1p1000)) return unit_of_extreme(direction);
-  return direction / std::sqrt(squared);
-}
 
 enum class Entry {
   bad,     ///< not finite, without a direction, or with a t_max that is no number

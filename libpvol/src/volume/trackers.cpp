@@ -60,14 +60,6 @@ inline detail::Entry enter_with(const Volume& volume, const Ray& ray, double t_m
 
 }  // namespace
 
-Vec3d detail::unit_of_extreme(const Vec3d& direction) {
-  const double most = max_component(max(direction, -direction));
-  if (!is_finite(direction) || most == 0) return {};
-  // In two steps, for the reciprocal of the smallest doubles is infinite.
-  const double step = most < 1 ? 0x1p500 : 0x1p-500;
-  return normalize(direction * step / (most * step));
-}
-
 detail::Entry detail::enter_ray(const Volume& volume, const Ray& ray, double t_max, RayWalk& walk) {
   return enter_with(volume, ray, t_max,
                     [&](const auto&... of) { std::construct_at(&walk, of...); });

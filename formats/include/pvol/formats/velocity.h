@@ -41,6 +41,9 @@ inline constexpr std::string_view kUsualVelocities[] = {"v", "vel", "velocity"};
 /// Whether these grids, of a .vdb or .pvol file, have velocities of that name.
 [[nodiscard]] bool has_velocity(std::span<const GridEntry> grids, const std::string& name);
 
+/// Whether a grid has the name of a component of such vectors: vel.x, vel_x or velx of vel.
+[[nodiscard]] bool is_component(const std::string& grid, const std::string& vectors);
+
 /// Of these grids the velocities of a usual name; "" where there are none.
 [[nodiscard]] std::string usual_velocity(std::span<const GridEntry> grids);
 
