@@ -50,7 +50,7 @@ class DenoiseOption : public ::testing::Test {
 };
 
 TEST_F(DenoiseOption, KeepsTheNoisyPictureAndSaysThatTheOtherIsBiased) {
-  const auto plain = film("plain.exr", {"--spp", "16", "--aov", "variance,samples"});
+  const auto plain = film("plain.exr", {"--spp", "16", "--aov", "variance,samples,halves"});
   const auto clean = film("clean.exr", {"--spp", "16", "--denoise"});
   EXPECT_TRUE(says(log_, "denoise.samples_noise"));
   EXPECT_TRUE(says(log_, "denoise.samples_noise"));

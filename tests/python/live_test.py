@@ -52,7 +52,7 @@ class OnPass(unittest.TestCase):
 
 class Denoise(unittest.TestCase):
     def test_filters_the_picture(self):
-        noisy = pvol.render(cloud(), size=(32, 24), spp=8)
+        noisy = pvol.render(cloud(), size=(32, 24), spp=8, aov=["halves"])
         filtered = pvol.render(cloud(), size=(32, 24), spp=8, denoise=True)
         np.testing.assert_array_equal(filtered.aov("noisy"), noisy.rgb)
         self.assertGreater(float(filtered.attributes["pvol:estimated_error"]), 0)

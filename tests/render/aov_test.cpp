@@ -79,11 +79,13 @@ TEST(Aov, PartsAddUpToThePicture) {
   }
 }
 
+/// But that samples of two halves have places of their own in the pixel (halves_test.cpp).
 TEST(Aov, LeaveThePictureAsItIs) {
   for (const GuideUse guide : {GuideUse::on, GuideUse::off}) {
     CloudScene s = bright_scene(false, guide);
+    EXPECT_TRUE(run(cloud(), s).film.layers.empty());
+    s.options.aovs.add(Aov::halves);
     const Film plain = run(cloud(), s).film;
-    EXPECT_TRUE(plain.layers.empty());
     // Guided paths leave out what is constant, unless orders of scattering are asked for.
     s.options.aovs = guide == GuideUse::on ? all_but({Aov::scattering}) : all_but({});
     const Film with = run(cloud(), s).film;

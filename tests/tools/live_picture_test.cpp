@@ -160,7 +160,7 @@ TEST_F(Live, FiltersWhatItHas) {
   ASSERT_EQ(s.error, "");
   ASSERT_TRUE(s.filtered);
   EXPECT_GT(s.filtered->relative_error, 0);
-  expect_same(*s.film, rendered(scene({"render.spp=8"})));
+  expect_same(*s.film, rendered(scene({"render.spp=8", "render.aov=[\"halves\"]"})));
   const LiveState one =
       finished(picture, picture.change(scene({"render.spp=1"}), {.filter = true}));
   EXPECT_EQ(one.error, "");

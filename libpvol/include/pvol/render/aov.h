@@ -57,8 +57,7 @@ inline constexpr std::array kAovs = std::to_array<AovRow>({
      "radiance", "RGB", "means over the samples", true},
     {Aov::halves, "halves", "pictures of the odd and the even samples, in layers: half_1, half_2",
      "radiance", "RGB",
-     "each the mean over half of the samples; independent but for positions in pixels, lens and "
-     "time",
+     "each the mean over half of the samples; independent, so the picture's noise is another one",
      true},
     {Aov::transmittance_rgb, "transmittance_rgb",
      "share of the background that shows through, by channel: where light that reaches a shadow "

@@ -36,23 +36,31 @@ struct PixelSample {
   return {s.options.seed ^ std::uint64_t(of), pixel_of(s, sample), sample.number};
 }
 
-/// Points of a square, which a pixel's samples cover evenly; random numbers of paths are not
-/// touched.
+/// Its number in the sequences of its pixel. All samples are of the same ones, or each half is of
+/// its own where one must tell nothing of the other (THEORY.md, T5.15).
+[[nodiscard]] inline std::uint32_t number_in_sequence(const PathSetup& s,
+                                                      const PixelSample& sample) {
+  return s.halves ? sample.number / 2 : sample.number;
+}
+
+/// Points of a square, which the samples of a sequence cover evenly; random numbers of paths are
+/// not touched.
 [[nodiscard]] inline std::array<std::uint32_t, 3> seeds_of_points(const PathSetup& s,
                                                                   const PixelSample& sample,
                                                                   Aside of) {
-  return seeds_of(s.options.seed ^ std::uint64_t(of), pixel_of(s, sample));
+  const std::uint64_t half = s.halves ? sample.number % 2 : 0;
+  return seeds_of(s.options.seed ^ std::uint64_t(of) ^ half << 63, pixel_of(s, sample));
 }
 [[nodiscard]] inline std::array<float, 2> sample_point(const PathSetup& s,
                                                        const PixelSample& sample, Aside of) {
-  return point_of_square(sample.number, seeds_of_points(s, sample, of));
+  return point_of_square(number_in_sequence(s, sample), seeds_of_points(s, sample, of));
 }
 
-/// The time of a camera sample, in frames. Any run of 2^k samples of a pixel that starts at a
+/// The time of a camera sample, in frames. Any run of 2^k samples of a sequence that starts at a
 /// multiple of it has one in each 2^k-th of the shutter: digits of the sample's number in reverse,
-/// shifted by a random number of the pixel. Those of the path itself are not touched.
+/// shifted by a random number of the sequence. Those of the path itself are not touched.
 [[nodiscard]] inline float sample_time(const PathSetup& s, const PixelSample& sample) {
-  const std::uint32_t reversed = reverse_bits(sample.number);
+  const std::uint32_t reversed = reverse_bits(number_in_sequence(s, sample));
   const std::uint32_t shift = seeds_of_points(s, sample, Aside::time)[0];
   return float(s.view.camera.shutter.at(double(reversed + shift) * 0x1p-32));
 }

@@ -132,6 +132,7 @@ PathSetup::PathSetup(const RenderPlan& plan, Rgb constant_,
       dense(std::move(dense_)),
       max_bounces(options.max_bounces.value_or(~0u)),
       count(plan.kernel.count),
+      halves(options.aovs.has(Aov::halves)),
       first_collisions(options.deep || of_first_collisions(options.aovs)),
       moving(plan.kernel.moving || plan.kernel.places_move),
       albedo_varies(

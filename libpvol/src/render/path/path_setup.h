@@ -108,6 +108,7 @@ struct PathSetup {
   std::shared_ptr<const std::vector<DenseBounds>> dense;
   std::uint32_t max_bounces;
   bool count;                  ///< whether flights do
+  bool halves;                 ///< whether samples are of two halves, independent of each other
   bool first_collisions;       ///< whether somebody asks where they are
   bool moving;                 ///< whether samples have times
   bool albedo_varies;          ///< whether that of any volume is a field

@@ -63,10 +63,10 @@ HWY_NOINLINE void find_places(const PathSetup& s, CameraRays& r) {
   std::array<std::uint32_t, 3> seeds{};
   for (std::size_t k = 0; k < r.rays.n; ++k) {
     const PixelSample& sample = r.sample[k];
-    if (k == 0 || sample.x != r.sample[k - 1].x || sample.y != r.sample[k - 1].y) {
+    if (k == 0 || s.halves || sample.x != r.sample[k - 1].x || sample.y != r.sample[k - 1].y) {
       seeds = seeds_of_points(s, sample, Aside::pixel);
     }
-    r.number[k] = sample.number;
+    r.number[k] = number_in_sequence(s, sample);
     for (std::size_t i = 0; i < 3; ++i) r.seeds[i][k] = seeds[i];
   }
   for (std::size_t k = 0; k < r.rays.n; ++k) {
