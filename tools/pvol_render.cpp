@@ -141,6 +141,7 @@ void tell_begun(const FrameJob& frame, const RenderJob& job, const Film& begun) 
 void do_frame(FrameJob& frame, const std::optional<formats::SceneFile>& chosen,
               cli::FrameOutcome& outcome) {
   if (chosen) cli::lock(frame.scene, *chosen);
+  cli::print_warnings(kRenderTool, frame.warnings);
   if (cli::is_finished(frame)) {
     tell_finished(frame, frame.in_sequence->label + ": ", outcome);
     return;

@@ -63,6 +63,12 @@ std::vector<std::string> usual_fire_grids(std::span<const GridEntry> grids) {
 
 bool has_flames(std::span<const GridEntry> grids) { return !first_of(kFlameNames, grids).empty(); }
 
+bool lacks_fire(const SceneVolume& v, std::span<const GridEntry> grids) {
+  if (v.fire->field.empty()) return first_of(kFireNames, grids).empty();
+  const std::string_view field = v.fire->field;
+  return first_of({&field, 1}, grids).empty();
+}
+
 bool lacks_density(std::span<const GridEntry> grids) {
   const auto usable = std::ranges::count_if(grids, [](const GridEntry& g) { return g.usable; });
   const bool empty = std::ranges::any_of(

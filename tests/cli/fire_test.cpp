@@ -135,6 +135,103 @@ TEST_F(FireFiles, FramesShareColourAndIntensity) {
   }
 }
 
+/// A shot that starts to burn: files of smoke alone, and then of smoke and flames.
+class FireThatStarts : public FireFiles {
+ protected:
+  FireThatStarts() {
+    const VoxelGrid smoke = grid_of("density", [](Vec3d p) { return 6 - length(p - Vec3d(12)); });
+    formats::write_vdb(folder_ / "f.0001.vdb", {&smoke});
+    std::filesystem::copy(folder_ / "all.vdb", folder_ / "f.0002.vdb");
+  }
+
+  /// The scene in the header of a frame's picture, without its seed and the name of its cloud.
+  [[nodiscard]] std::string scene_of(int frame) const {
+    const auto file = folder_ / fmt::format("f.{:04}.exr", frame);
+    std::istringstream scene(formats::read_picture_header(file).attributes.at("pvol:scene"));
+    std::string kept;
+    for (std::string line; std::getline(scene, line);) {
+      if (!line.starts_with("seed") && !line.starts_with("file")) kept += line + '\n';
+    }
+    return kept;
+  }
+  /// The scene of a frame, for all frames.
+  void write_scene(int frame, const std::string& from, const std::string& to) {
+    std::string scene =
+        run(PVOL_RENDER, {folder_ / "f.####.vdb", "-o", folder_ / "f.####.exr", "--frames",
+                          std::to_string(frame), "--print-scene", "--size", "32x24", "--spp", "16"})
+            .out;
+    scene.replace(scene.find("f.0002.vdb"), 10, "f.####.vdb");
+    const std::size_t at = scene.find(from);
+    ASSERT_NE(at, scene.npos) << scene;
+    std::ofstream(folder_ / "shot.toml") << scene.replace(at, from.size(), to);
+  }
+};
+
+TEST_F(FireThatStarts, HasOneLookInAllFrames) {
+  std::vector<std::string> all{folder_ / "f.####.vdb",
+                               "-o",
+                               folder_ / "f.####.exr",
+                               "--size",
+                               "32x24",
+                               "--spp",
+                               "16",
+                               "--frames",
+                               "1-2"};
+  EXPECT_TRUE(says(run(PVOL_RENDER, all, 1).err, "fire.frame_does_not_burn"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "f.0001.exr"));
+  all.insert(all.end(), {"--lock-frame", "2"});
+  run(PVOL_RENDER, all);
+  // The smoke before it burns is lit as that beside the fire.
+  std::string burning = scene_of(2);
+  const std::size_t fire = burning.find("[medium.fire]");
+  ASSERT_NE(fire, burning.npos) << burning;
+  burning.erase(fire, burning.find("\n\n", fire) + 2 - fire);
+  EXPECT_EQ(scene_of(1), burning);
+  const Vec3d first = mean_of("f.0001.exr"), second = mean_of("f.0002.exr");
+  EXPECT_GT(second.x, 2 * first.x);
+  EXPECT_LT(first.x, first.z) << "in the light of dusk";
+  // A task of a farm makes the same picture.
+  all.insert(all.end(), {"--frame", "1", "--no-resume"});
+  run(PVOL_RENDER, all);
+  EXPECT_EQ(mean_of("f.0001.exr"), first);
+}
+
+TEST_F(FireThatStarts, IsOutWhereAFileOfTheSceneHasNoGridForIt) {
+  write_scene(2, "intensity", "intensity");
+  const std::string log = render("shot.toml", "f.####.exr", {"--frames", "1-2"});
+  EXPECT_TRUE(says(log, "fire.out"));
+  EXPECT_EQ(log.find("f.0002.vdb: the file has no grid"), log.npos) << log;
+  EXPECT_GT(mean_of("f.0002.exr").x, 2 * mean_of("f.0001.exr").x);
+  EXPECT_TRUE(
+      says(render("shot.toml", "f.####.exr", {"--frames", "1-2", "--frame", "1"}), "fire.out"));
+  // A name that no frame has is wrong.
+  write_scene(2, "field = \"flames\"", "field = \"flame_\"");
+  const RunResult r =
+      run(PVOL_RENDER, {folder_ / "shot.toml", "-o", folder_ / "g.####.exr", "--frames", "1-2"}, 1);
+  EXPECT_TRUE(says(r.err, "fire.no_field_in_any_frame"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "g.0001.exr"));
+}
+
+/// Grids of a fire that are 0 everywhere give no more to choose by than none.
+TEST_F(FireThatStarts, IsNotChosenForAFrameWithoutLight) {
+  const VoxelGrid smoke = grid_of("density", [](Vec3d p) { return 6 - length(p - Vec3d(12)); });
+  const VoxelGrid flames = grid_of("flames", [](Vec3d) { return 0.0; });
+  const VoxelGrid heat = grid_of("temperature", [](Vec3d) { return 0.0; });
+  formats::write_vdb(folder_ / "f.0001.vdb", {&smoke, &flames, &heat});
+  const std::vector<std::string> all{folder_ / "f.####.vdb",
+                                     "-o",
+                                     folder_ / "f.####.exr",
+                                     "--size",
+                                     "32x24",
+                                     "--spp",
+                                     "4",
+                                     "--frames",
+                                     "1-2"};
+  EXPECT_TRUE(says(run(PVOL_RENDER, all, 1).err, "fire.frame_does_not_burn_itself"));
+  render("f.####.vdb", "f.####.exr", {"--frames", "1-2", "--lock-frame", "2"});
+  EXPECT_NE(scene_of(1).find("[medium.fire]"), std::string::npos);
+}
+
 TEST_F(FireFiles, WithDensityBurnsInItsSmoke) {
   const std::string log = render("all.vdb", "a.exr");
   for (const char* key : {"fire.burns", "fire.fire_uses_grid_all", "fire.kelvin_change_set",

@@ -60,6 +60,21 @@ TEST(Fire, AloneIsItsIntegralAlongTheRay) {
   }
 }
 
+/// As a simulation writes one before it burns.
+TEST(Fire, ThatIsZeroEverywhereLeavesThePictureAsItIs) {
+  CloudScene s;
+  s.options.width = 12, s.options.height = 8, s.options.samples = 4;
+  const Field& smoke = cloud();
+  Volume v = make_volume(smoke.grid, build_pyramid(smoke.grid), s);
+  const Film without = render({&v, 1}, s).film;
+  const VoxelGrid nothing;
+  v.fire = std::make_shared<const Emitter>(make_emitter({}, {nothing, Pyramid{}}, nullptr, {}));
+  for (const LineEmission lines : {LineEmission::automatic, LineEmission::on, LineEmission::off}) {
+    s.options.line_emission = lines;
+    EXPECT_TRUE(same_bytes(render({&v, 1}, s).film, without));
+  }
+}
+
 TEST(Fire, SphereIsItsChord) {
   // The map makes a ball of one value of a field that falls with the radius.
   const Field cone = make_field("cone", {-20, -20, -20}, {41, 41, 41},

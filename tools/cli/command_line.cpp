@@ -170,7 +170,7 @@ const Option& Option::required() const {
 }
 
 const Option& Option::values(int count) const {
-  option_->expected(count);
+  option_->type_size(count)->expected(1);
   return *this;
 }
 

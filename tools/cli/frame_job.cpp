@@ -1,5 +1,7 @@
 #include "cli/frame_job.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 
@@ -9,7 +11,7 @@
 #include "cli/resume_state.h"
 #include "cli/scene_line.h"
 #include "cli/sequence.h"
-#include "cli/shared_choices.h"
+#include "pvol/formats/field_names.h"
 #include "pvol/formats/scene_files.h"
 #include "pvol/math/rng.h"
 
@@ -92,8 +94,42 @@ void add_scene(const SequenceGiven& given, FrameJob& job) {
   visit_files(job.scene, [&](auto& name) { name = file_of_frame(name, frame).string(); });
   std::uint64_t& seed = job.scene.scene.options.seed;
   seed = seed_of_frame(seed, frame);
+}
+
+/// Finds what the scene leaves open.
+void find_open(const SequenceGiven& given, FrameJob& job) {
   job.open = open_choices(job.scene);
-  if (!job.open.empty()) job.in_sequence->locked_to = given.reference;
+  if (job.open.any()) job.in_sequence->locked_to = given.reference;
+}
+
+/// Whether the file of a volume exists and has no grids for its fire.
+bool is_out(const formats::SceneVolume& v) {
+  return v.fire && std::filesystem::exists(v.file) &&
+         formats::lacks_fire(v, formats::grids_of(v.file));
+}
+
+/// Whether the volume burns in any frame of the sequence.
+bool burns_in_any(const SequenceGiven& given, const std::vector<int>& frames, std::size_t volume) {
+  return std::ranges::any_of(frames, [&](int frame) {
+    FrameJob job = name_frame(given, frame);
+    if (!std::filesystem::exists(job.options.input)) return false;
+    add_scene(given, job);
+    if (volume >= job.scene.volumes.size()) return false;
+    const formats::SceneVolume& v = job.scene.volumes[volume];
+    return v.fire && std::filesystem::exists(v.file) && !is_out(v);
+  });
+}
+
+/// Puts out the fires for which a frame's file has no grids, as before they start to burn. Those
+/// that burn in no frame stay: loading them says what is wrong.
+void put_out_fires(const SequenceGiven& given, const std::vector<int>& frames, FrameJob& job) {
+  for (std::size_t i = 0; i < job.scene.volumes.size(); ++i) {
+    formats::SceneVolume& v = job.scene.volumes[i];
+    if (!is_out(v) || !burns_in_any(given, frames, i)) continue;
+    job.warnings.push_back(
+        fmt::format("{}: the file has no grid for the fire, which is out", v.file.string()));
+    v.fire.reset();
+  }
 }
 
 /// Names the frames to do, the first of which tells about its clouds.
@@ -110,7 +146,8 @@ std::vector<FrameJob> name_frames(const SequenceGiven& given, const FramesGiven&
 
 /// Parses the scenes of the frames and, where one of them leaves something open, of the reference.
 /// Then throws Error for all files that are missing.
-FrameJobs add_scenes(const SequenceGiven& given, std::vector<FrameJob> jobs) {
+FrameJobs add_scenes(const SequenceGiven& given, const std::vector<int>& frames,
+                     std::vector<FrameJob> jobs) {
   std::vector<FrameFile> needed;
   bool open = false;
   const auto add = [&](FrameJob& job) {
@@ -118,10 +155,12 @@ FrameJobs add_scenes(const SequenceGiven& given, std::vector<FrameJob> jobs) {
     needed.push_back({frame, job.options.input});
     if (!std::filesystem::exists(job.options.input)) return;
     add_scene(given, job);
+    put_out_fires(given, frames, job);
+    find_open(given, job);
     for (const auto& file : files_of(job.scene)) needed.push_back({frame, file});
     check_inputs_stay(job.outputs, job.scene);
     if (!job.outputs.exr.empty()) check_layout(job.options, job.scene.scene);
-    open = open || !job.open.empty();
+    open = open || job.open.any();
   };
   for (FrameJob& job : jobs) add(job);
   std::optional<FrameJob> reference;
@@ -142,7 +181,7 @@ FrameJobs add_scenes(const SequenceGiven& given, std::vector<FrameJob> jobs) {
 FrameJobs resolve_jobs(const RenderOptionsGiven& o) {
   if (o.frames.any()) {
     const SequenceGiven given = common_to_frames(o);
-    return add_scenes(given, name_frames(given, o.frames));
+    return add_scenes(given, o.frames.all(), name_frames(given, o.frames));
   }
   FrameJob job{.options = o, .outputs = choose_outputs(o)};
   refuse_pattern(o.input);
@@ -157,6 +196,7 @@ FrameJob resolve_split(const RenderOptionsGiven& o) {
     const SequenceGiven given = common_to_frames(o);
     FrameJob job = name_frame(given, given.reference);
     add_scene(given, job);
+    find_open(given, job);
     return job;
   }
   FrameJob job{.options = o, .outputs = choose_outputs(o)};

@@ -9,6 +9,7 @@
 #include "cli/choose_outputs.h"
 #include "cli/render_options.h"
 #include "cli/render_report.h"
+#include "cli/shared_choices.h"
 #include "pvol/formats/scene_file.h"
 
 namespace pvol::cli {
@@ -19,9 +20,10 @@ struct FrameJob {
   Outputs outputs{};
   std::optional<FrameReport> in_sequence{};  ///< its place; nothing for a picture by itself
   std::size_t frames_of_run = 1;             ///< that the command line names, with those left out
-  bool prints_facts = true;    ///< about its clouds: of a sequence the first frame does
-  formats::SceneFile scene{};  ///< parsed; its clouds, sky and surfaces are not loaded
-  std::string open{};          ///< of a sequence: what the scene leaves to choose (open_choices)
+  bool prints_facts = true;             ///< about its clouds: of a sequence the first frame does
+  formats::SceneFile scene{};           ///< parsed; its clouds, sky and surfaces are not loaded
+  OpenChoices open{};                   ///< of a sequence: what the scene leaves to choose
+  std::vector<std::string> warnings{};  ///< of a sequence: about fires that are out in the frame
 };
 
 /// All that there is to do.

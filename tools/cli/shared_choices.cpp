@@ -12,6 +12,7 @@
 #include "cli/load_scene.h"
 #include "pvol/error.h"
 #include "pvol/formats/field_names.h"
+#include "pvol/volume/emitter.h"
 
 namespace pvol::cli {
 
@@ -30,23 +31,30 @@ formats::SceneVolume with_fields(formats::SceneVolume v) {
 
 }  // namespace
 
-std::string open_choices(const formats::SceneFile& scene) {
-  bool extinction = false, color = false, intensity = false;
-  for (const formats::SceneVolume& v : scene.volumes) {
+OpenChoices open_choices(const formats::SceneFile& scene) {
+  OpenChoices open;
+  open.camera = !scene.has_camera;
+  for (std::size_t i = 0; i < scene.volumes.size(); ++i) {
+    const formats::SceneVolume& v = scene.volumes[i];
     const formats::SceneVolume bound = with_fields(v);
-    extinction = extinction || (!v.has_extinction && bound.grid != formats::kNoGrid);
-    color = color || (bound.fire && !describes_fire_color(v));
-    intensity = intensity || (bound.fire && !v.has_intensity);
+    open.extinction = open.extinction || (!v.has_extinction && bound.grid != formats::kNoGrid);
+    if (bound.fire && !describes_fire_color(v)) open.colors.push_back(i);
+    if (bound.fire && !v.has_intensity) open.intensities.push_back(i);
   }
-  std::vector<std::string> open;
-  if (extinction) open.emplace_back("extinction");
-  if (color) open.emplace_back("the fire's colour");
-  if (intensity) open.emplace_back("the fire's intensity");
-  if (!scene.has_camera) open.emplace_back("camera");
-  return fmt::format("{}", fmt::join(open, " and "));
+  return open;
 }
 
 namespace {
+
+/// "extinction", "camera", "extinction and camera" and the like.
+std::string in_words(const OpenChoices& open) {
+  std::vector<std::string> all;
+  if (open.extinction) all.emplace_back("extinction");
+  if (!open.colors.empty()) all.emplace_back("the fire's colour");
+  if (!open.intensities.empty()) all.emplace_back("the fire's intensity");
+  if (open.camera) all.emplace_back("camera");
+  return fmt::format("{}", fmt::join(all, " and "));
+}
 
 /// Throws Error where there is nothing that extinction or camera could be chosen for. A fire alone
 /// needs no density.
@@ -66,27 +74,50 @@ void require_density(const FrameJob& reference, const RenderJob& loaded) {
                   reference.in_sequence->number));
 }
 
+/// Throws Error where a frame takes something of a fire from the reference, which does not burn.
+void require_fires(const FrameJobs& work, const RenderJob& loaded) {
+  const auto burns = [&](std::size_t volume) {
+    if (volume >= loaded.volumes.size()) return false;
+    const auto& fire = loaded.volumes[volume].fire;
+    return fire != nullptr && !fire->field.world_box.empty();
+  };
+  const int reference = work.reference->in_sequence->number;
+  for (const FrameJob& job : work.jobs) {
+    for (const auto* const open : {&job.open.colors, &job.open.intensities}) {
+      if (std::ranges::all_of(*open, burns)) continue;
+      const int frame = job.in_sequence->number;
+      throw Error(fmt::format(
+          "frame {} does not burn, so the fire's colour and intensity cannot be chosen for it; "
+          "name a frame that burns with --lock-frame N{}",
+          reference,
+          frame == reference ? "" : fmt::format(": frame {} has a fire's grids", frame)));
+    }
+  }
+}
+
 }  // namespace
 
 std::optional<formats::SceneFile> choose_for_all(const FrameJobs& work) {
   if (!work.reference) {
     const FrameJob& first = work.jobs.front();
-    if (!first.open.empty()) {
+    if (first.open.any()) {
       print_warnings(
           kRenderTool,
           {fmt::format(
               "no value is set for {}; chosen for frame {} alone. For pictures that match, "
               "give all frames as well, --frames A-B, or the same --lock-frame N to each",
-              first.open, first.in_sequence->number)});
+              in_words(first.open), first.in_sequence->number)});
     }
     return std::nullopt;
   }
   const FrameJob& reference = *work.reference;
   RenderJob loaded = load(reference);
   require_density(reference, loaded);
+  require_fires(work, loaded);
   if (!reference.options.common.quiet) {
-    std::cerr << kRenderTool << ": no value is set for " << reference.open << "; chosen for frame "
-              << reference.in_sequence->number << ", and used for all frames\n";
+    std::cerr << kRenderTool << ": no value is set for " << in_words(reference.open)
+              << "; chosen for frame " << reference.in_sequence->number
+              << ", and used for all frames\n";
   }
   return std::move(loaded.file);
 }
@@ -100,6 +131,7 @@ void lock_fire(formats::SceneVolume& v, const formats::SceneVolume& chosen) {
     v.fire = chosen.fire;
     v.grid = chosen.grid;
     v.has_intensity = true;
+    if (formats::lacks_fire(v, formats::grids_of(v.file))) v.fire.reset();
     return;
   }
   if (!describes_fire_color(v)) v.fire->kelvin = chosen.fire->kelvin;
@@ -107,9 +139,23 @@ void lock_fire(formats::SceneVolume& v, const formats::SceneVolume& chosen) {
   v.has_intensity = true;
 }
 
+/// A cloud by itself that burns in the reference frame is shown by night in all, whether it burns
+/// in them or not.
+void lock_night(formats::SceneFile& scene, const formats::SceneFile& chosen) {
+  const formats::SceneVolume& burning = chosen.volumes.front();
+  if (!burning.shows_fire) return;
+  formats::SceneVolume& v = scene.volumes.front();
+  v.shows_fire = true;
+  v.medium.components = burning.medium.components;
+  if (!std::holds_alternative<ConstantSky>(chosen.scene.environment)) return;
+  scene.scene.environment = chosen.scene.environment;
+  scene.scene.lights = chosen.scene.lights;
+}
+
 }  // namespace
 
 void lock(formats::SceneFile& scene, const formats::SceneFile& chosen) {
+  lock_night(scene, chosen);
   for (std::size_t i = 0; i < scene.volumes.size(); ++i) {
     formats::SceneVolume& v = scene.volumes[i];
     if (i < chosen.volumes.size()) lock_fire(v, chosen.volumes[i]);

@@ -1,9 +1,11 @@
-// What scenes leave open and pictures must share to go together: extinction, a fire's intensity and
-// camera, chosen for one frame and the same for all.
+// What scenes leave open and pictures must share to go together: extinction, a fire's colour and
+// intensity, and camera, chosen for one frame and the same for all.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "pvol/formats/scene_file.h"
 
@@ -11,16 +13,24 @@ namespace pvol::cli {
 
 struct FrameJobs;
 
-/// "extinction", "camera", "extinction and camera" and the like, or nothing.
-[[nodiscard]] std::string open_choices(const formats::SceneFile& scene);
+/// What a scene leaves to choose.
+struct OpenChoices {
+  bool extinction = false, camera = false;
+  std::vector<std::size_t> colors, intensities;  ///< numbers of the volumes whose fires lack them
+
+  [[nodiscard]] bool any() const {
+    return extinction || camera || !colors.empty() || !intensities.empty();
+  }
+};
+[[nodiscard]] OpenChoices open_choices(const formats::SceneFile& scene);
 
 /// The scene of a sequence's reference frame with nothing left open, for all frames to take it
 /// from. Nothing where there is no reference; a frame alone that chooses for itself gets a warning.
-/// Throws Error where the frame has no density to choose for.
+/// Throws Error where that frame has no density or no fire to choose for.
 [[nodiscard]] std::optional<formats::SceneFile> choose_for_all(const FrameJobs& work);
 
-/// Takes what the scene leaves open from one in which it was chosen. Throws Error where that one
-/// has fewer volumes.
+/// Takes what the scene leaves open from one in which it was chosen. A fire that nobody described
+/// is out where the file has no grids of one. Throws Error where that scene has fewer volumes.
 void lock(formats::SceneFile& scene, const formats::SceneFile& chosen);
 
 }  // namespace pvol::cli

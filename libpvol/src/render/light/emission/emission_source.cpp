@@ -83,7 +83,8 @@ namespace {
 /// Null where all of a fire's light is gathered along flights.
 std::shared_ptr<const FireAtCollisions> score_at_collisions(const Volume& volume,
                                                             const RenderOptions& options) {
-  if (volume.density.octree.empty() || options.line_emission == LineEmission::on) return nullptr;
+  if (volume.density.octree.empty() || volume.fire->field.octree.empty()) return nullptr;
+  if (options.line_emission == LineEmission::on) return nullptr;
   const double most = options.line_emission == LineEmission::off
                           ? double(std::numeric_limits<float>::max())
                           : brightest_at_collisions(volume, options.emission_points);
