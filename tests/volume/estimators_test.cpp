@@ -262,6 +262,19 @@ TEST(Estimators, TheChoiceFollowsThicknessAndMinorants) {
   EXPECT_EQ(choose_transmittance({}).estimator, Transmittance::ratio);
 }
 
+/// Majorants may be set too high, as for a study: the cloud is no thicker for it.
+TEST(Estimators, ThicknessDoesNotDependOnTheScaleOfMajorants) {
+  const Field f = field("gaussian");
+  CloudScene s;
+  s.medium = component(0.1, Rgb(1.0f), 0);
+  const auto thickness = [&](double scale) {
+    s.options.majorant_scale = scale;
+    const std::vector<Volume> volumes = make_volumes(f, std::vector{s.medium}, s);
+    return choose_transmittance(volumes).thickness;
+  };
+  EXPECT_NEAR(thickness(8) / thickness(1), 1, 1e-6);
+}
+
 TEST(Estimators, AutomaticIsTheOneItNames) {
   for (const char* name : {"constant", "gaussian", "contrast"}) {
     for (const double extinction : {0.01, 0.1, 2.0}) {

@@ -90,8 +90,9 @@ TransmittanceChoice choose_transmittance(std::span<const Volume> volumes) {
       const Affine to_cells = v.density.world_to_cells * to_first_place(v, place);
       cell += std::cbrt(1 / std::abs(determinant(to_cells))) / double(count_places(v));
     }
+    const double hi = i.hi / v.density.majorant_scale;
     // The mean chord of a convex body is 4 V / S (Cauchy).
-    choice.thickness += 4 * 0.5 * (i.hi + i.lo) / surface * cell;
+    choice.thickness += 4 * 0.5 * (hi + i.lo) / surface * cell;
     all.hi += i.hi;
     all.lo += i.lo;
   }

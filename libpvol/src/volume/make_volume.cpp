@@ -47,6 +47,7 @@ constexpr double kMaxVoxelDepth = 1e12;
 /// Multiplies the majorants of all terminals. Where they or the minorants need not hold afterwards,
 /// minorants move away from majorants: lo = hi would promise that mu_t is known.
 void scale_majorants(VolumeField& v, double factor) {
+  v.majorant_scale = factor;
   v.majorant_excess = std::max(1.0, v.excess.factor / factor);
   const bool doubtful = factor < 1 || v.excess.nodes > 0;
   if (factor == 1 && !doubtful) return;

@@ -110,8 +110,8 @@ struct VolumeField {
   std::shared_ptr<const SampleCodes> codes{};  ///< of values, in place of these; null: none
   Affine world_to_cells;                       ///< world to cells from the octree's origin
   Box world_box;                               ///< around the support; empty for an empty field
-  /// The largest factor by which scale * value may exceed a majorant: 1 but for weighted trackers.
-  double majorant_excess = 1;
+  /// Factors by which scale * value may exceed a majorant, and by which majorants are multiplied.
+  double majorant_excess = 1, majorant_scale = 1;  // of weighted trackers; of others 1
   BoundsExcess excess;  ///< of the pyramid's bounds; without nodes where they hold
   std::shared_ptr<const HomogeneousParts> homogeneous;  ///< null: the options ask for none
   std::shared_ptr<const Motion> motion{};               ///< null: it stands still

@@ -80,7 +80,7 @@ constexpr double kFaintest = 0.002;                   // share of camera rays th
   float most = 0;
   for (const Octree::Entry& e : v.density.octree.entries) most = std::max(most, e.hi);
   const double cell = std::cbrt(std::abs(determinant(inverse(v.density.world_to_cells))));
-  return double(most) * cell * kLeafEdge >= 1;
+  return double(most) / v.density.majorant_scale * cell * kLeafEdge >= 1;
 }
 
 /// What is wrong with a volume's thickness, if anything.
