@@ -104,13 +104,17 @@ const char* simd_obstacle(const Volume& v) {
   // Their constants would reach beyond the support's box, to the ends of leaves.
   if (f.homogeneous != nullptr) return "nodes are homogenised";
   if (f.octree.empty()) return "the volume is empty";
-  // Places of rays are floats: of the largest clouds they would lose what matters.
-  constexpr int kMostCellsAlong = 4000;
+  // Places of rays are floats, whose spacing is a thousandth of a voxel up to here.
+  constexpr int kMostCellsAlong = (1 << 14) - 2 * DenseBounds::kBorder;
   const Vec3i end = vec3(f.octree.support_hi);
   if (max_component(end) > kMostCellsAlong)
-    return "the volume has more than 4000 voxels along an axis";
-  constexpr std::uint64_t kMostWords = 1u << 24;
-  if (count_words(f.octree) > kMostWords) return "the volume's box has more than 2^24 leaves";
+    return "the volume has more than 16 000 voxels along an axis";
+  // Each leaf of the box has a word and the number of a brick: little beside the samples, unless
+  // nearly all of a large box is air.
+  constexpr std::uint64_t kFewWords = 1u << 24, kMostWords = 1u << 28, kMostOfABrick = 256;
+  const std::uint64_t words = count_words(f.octree);
+  if (words > kFewWords && (words > kMostWords || words > kMostOfABrick * count_bricks(f)))
+    return "the volume's box has too many leaves for what it holds";
   // Lanes count copies of samples in 31 bits, shared ones and codes in 32.
   constexpr std::size_t kMostSamples = std::size_t(1) << 31;
   if (has_lanes(f) && !f.shares_samples() && count_bricks(f) > kMostSamples / kFieldSamples - 1)
