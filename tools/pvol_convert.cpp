@@ -31,8 +31,8 @@ using namespace pvol;
 constexpr const char* kTool = "pvol-convert";
 
 constexpr const char* kExamples = R"(The endings of the names determine the conversion:
-  .toml (a recipe), .nvdb or .pvol to .vdb; .vdb to .vdb keeps the one grid that pvol would render,
-  with the values it would use: non-finite and negative ones become 0. pvol-fit makes .pvol files.
+  .toml (a recipe), .nvdb or .pvol to .vdb; .vdb to .vdb keeps the density or the one --grid names,
+  with the values that renders use: non-finite and negative ones become 0. pvol-fit makes .pvol files.
   All grids of a .pvol are written; its colours, NAME.x, NAME.y and NAME.z, become a grid of
   vectors, as do velocities, NAME.x+, NAME.x- and so on, and the [flow] of a recipe.
   Deep .exr to flat .exr: its samples are composited, without a background.
@@ -332,6 +332,7 @@ int run(const Options& o) {
   cli::check_frames(o.frames);
   if (!o.frames.any()) {
     cli::refuse_pattern(o.input);
+    cli::refuse_pattern(o.output);
     return convert(o);
   }
   check_pair(o);

@@ -325,6 +325,7 @@ int run(const Options& o) {
 
   if (!o.frames.any()) {
     cli::refuse_pattern(o.input);
+    cli::refuse_pattern(o.output);
     return fit_and_report(o);
   }
   cli::require_pattern({o.input});

@@ -89,6 +89,10 @@ LoadedGrid load_recipe(const std::filesystem::path& file, const GridOptions& opt
 }
 
 [[noreturn]] void refuse_kind(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored)) {
+    throw Error(file.string() + ": is a folder; expected a .vdb, .nvdb, .pvol or .toml (a recipe)");
+  }
   const std::string kind = ending(file);
   std::string what_to_do;
   if (kind == ".gz") what_to_do = "; unpack it first: gunzip " + file.string();

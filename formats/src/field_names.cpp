@@ -43,7 +43,7 @@ std::string only_a_fire(std::span<const GridEntry> grids) {
   const auto other = std::ranges::find_if(grids, [&](const GridEntry& g) {
     const bool is_read =
         g.type.starts_with("float") || g.type.starts_with("half") || g.type.starts_with("double");
-    return is_called_density(g) && !g.usable && !is_read;
+    return is_called_density(g) && !g.usable && !is_read && g.type != "empty";
   });
   if (other == grids.end()) return "no grid is called density: the volume has only a fire";
   return fmt::format(

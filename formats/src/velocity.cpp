@@ -76,9 +76,14 @@ std::optional<LoadedVelocity> read_pvol_velocity(const std::filesystem::path& fi
                   file.string(), name, name, name, name));
 }
 
-std::optional<LoadedVelocity> sample_recipe(const std::filesystem::path& file) {
+std::optional<LoadedVelocity> sample_recipe(const std::filesystem::path& file,
+                                            const std::string& name) {
   const std::optional<Flow> flow = read_flow(file);
   if (!flow) return std::nullopt;
+  if (!name.empty() && !same_name(name, "flow")) {
+    throw Error(fmt::format("{}: no velocity is called '{}'; a recipe has one, called flow",
+                            file.string(), name));
+  }
   const Recipe recipe = read_recipe(file);
   const Box box = support(recipe);
   // At most 128 along a side, margins included: 25 MB.
@@ -128,7 +133,7 @@ std::optional<LoadedVelocity> read_velocity(const std::filesystem::path& file,
   const std::string kind = ending(file);
   if (kind == ".vdb") return detail::vdb_calls(file).read_velocity(file, name, strict);
   if (kind == ".pvol") return read_pvol_velocity(file, name, strict);
-  if (kind == ".toml") return sample_recipe(file);
+  if (kind == ".toml") return sample_recipe(file, name);
   throw Error(file.string() +
               ": velocities are read from .vdb and .pvol files and from recipes only; name one "
               "with medium.motion.file");

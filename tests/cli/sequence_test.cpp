@@ -425,6 +425,13 @@ TEST_F(Sequence, WantsAPlaceForTheFrameInEveryOutput) {
   refuse_output({"--deep", folder / "x.deep.exr"}, "x.deep.####.exr");
   refuse_output({"--stats", folder / "x.json"}, "x.####.json");
   refuse(PVOL_RENDER, {smoke, "-o", exr}, 2, "frames.pattern_without_frames");
+  // One picture, or one cloud, with the name of many.
+  const std::string one = at("smoke", 1, "toml");
+  refuse(PVOL_RENDER, {one, "-o", exr}, 2, "frames.pattern_of_output");
+  refuse(PVOL_RENDER, {one, "-o", folder / "a.exr", "--png", folder / "a.####.png"}, 2,
+         "frames.pattern_of_output");
+  refuse(PVOL_FIT, {one, "-o", folder / "a.####.pvol"}, 2, "frames.pattern_of_output");
+  refuse(PVOL_CONVERT, {one, folder / "a.####.vdb"}, 2, "frames.pattern_of_output");
   render(smoke, {"-o", exr, "--frames", "1-2", "--png", folder / "p.#.png", "--deep",
                  folder / "d.##.exr", "--stats", folder / "s.%03d.json", "--quiet"});
   for (const char* file : {"a.0002.exr", "p.2.png", "d.02.exr", "s.002.json"}) {

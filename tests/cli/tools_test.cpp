@@ -653,13 +653,15 @@ TEST(Render, RefusesMisuse) {
     expect_usage_error(PVOL_RENDER, arguments, mentions);
   };
   refuse({"--crop", "1,2,3"}, "tools.crop_array_whole");
+  refuse({"--size", "64x48", "--crop", "60,40,10,10"}, "tools.crop_outside");
+  refuse({"--resume", "--no-resume"}, "tools.resume_both");
   refuse({"--noise", "0"}, "tools.noise_off_number");
   refuse({"--noise", "1.5"}, "tools.noise_off_number");
   refuse({"--time", "-1"}, "tools.time_minus_off_number");
   const RunResult one_pixel =
       run_tool(PVOL_RENDER, {vdb, "-o", folder / "a.exr", "--noise", "0.1", "--size", "1x1"});
-  EXPECT_EQ(one_pixel.exit, 1);
-  EXPECT_TRUE(says(one_pixel.err, "tools.render_noise_expected"));
+  EXPECT_EQ(one_pixel.exit, 2);
+  EXPECT_TRUE(says(one_pixel.err, "tools.noise_of_one_pixel"));
   refuse({"--aov", "depht"}, "tools.aov_depht_none_transmittance");
   refuse({"--tracker", "fast"}, "tools.tracker_fast_delta_global");
   refuse({"--max-bounces", "-1"}, "tools.max_bounces_minus_none_whole");
@@ -723,6 +725,36 @@ TEST(Render, SamplesOfTheCommandLineReplaceANoiseOfTheScene) {
   };
   EXPECT_EQ(samples({"--spp", "3"}), 24 * 16 * 3);
   EXPECT_GE(samples({"--spp", "3", "--noise", "0.4"}), 24 * 16 * 16) << "--noise replaces --spp";
+}
+
+/// Their readers would wait for a writer, where it is a file that is read from several places.
+TEST(Tools, PipesAreRefused) {
+  const ScratchFolder folder;
+  const std::string ball = write_ball(folder);
+  for (const char* name : {"h.pvol", "h.vdb", "h.exr"}) {
+    ASSERT_EQ(mkfifo((folder / name).c_str(), 0600), 0);
+  }
+  for (const char* name : {"h.pvol", "h.vdb"}) {
+    expect_failure(PVOL_RENDER, {folder / name, "-o", folder / "x.exr"}, "tools.pipe");
+  }
+  auto arguments = small_render(ball, folder / "x.exr");
+  arguments.insert(arguments.end(), {"--set", "environment.file=" + (folder / "h.exr")});
+  expect_failure(PVOL_RENDER, arguments, "tools.pipe");
+}
+
+TEST(Tools, FilesThatCannotBeLookedAtAreNamed) {
+  const ScratchFolder folder;
+  const std::string name = folder / (std::string(300, 'x') + ".vdb");
+  expect_failure(PVOL_RENDER, {name, "-o", folder / "x.exr"}, "tools.name_too_long");
+  expect_failure(PVOL_RENDER, {folder.path().string(), "-o", folder / "x.exr"}, "tools.is_folder");
+}
+
+TEST(Render, WarnsOfABlackPicture) {
+  const ScratchFolder folder;
+  auto arguments = small_render(write_ball(folder), folder / "a.exr");
+  EXPECT_FALSE(says(expect_success(PVOL_RENDER, arguments).err, "tools.black"));
+  arguments.insert(arguments.end(), {"--set", "ball=[{centre=[0,0,0],radius=1e4}]"});
+  EXPECT_TRUE(says(expect_success(PVOL_RENDER, arguments).err, "tools.black"));
 }
 
 TEST(Render, TheLastOfRepeatedOptionsCounts) {

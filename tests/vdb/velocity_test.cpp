@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <openvdb/openvdb.h>
 
+#include <fstream>
 #include <limits>
 
 #include "support/error_of.h"
@@ -68,6 +69,15 @@ void expect_vectors(const LoadedVelocity& v) {
   EXPECT_EQ(at(v.grid, {63, 7, 2}), Vec3d(0));
   for (const VoxelGrid& g : v.grid.along) EXPECT_EQ(g.index_to_world, scaling(Vec3d(0.5)));
   EXPECT_TRUE(v.warnings.empty());
+}
+
+TEST_F(Velocity, OfARecipeIsCalledFlow) {
+  const fs::path file = folder_.file("r.toml");
+  std::ofstream(file) << "[recipe]\nresolution = 16\n[[form]]\nshape = \"ellipsoid\"\ncentre = [0, "
+                         "0, 0]\nradii = 1\n"
+                         "[flow]\nvelocity = [1, 0, 0]\n";
+  for (const char* name : {"", "flow"}) EXPECT_TRUE(read_velocity(file, name)) << name;
+  EXPECT_TRUE(says(error_of([&] { (void)read_velocity(file, "v"); }), "motion.of_recipe"));
 }
 
 TEST_F(Velocity, VectorsOfEveryPrecisionAreRead) {

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <new>
 #include <string_view>
@@ -101,6 +102,8 @@ int run_guarded(const std::string& tool, const std::function<int()>& body) {
     return kUsage;
   } catch (const std::bad_alloc&) {
     complain(no_memory_text().data());
+  } catch (const std::filesystem::filesystem_error& e) {
+    complain((e.path1().string() + ": cannot be read or written: " + e.code().message()).c_str());
   } catch (const std::system_error& e) {
     const bool no_thread = e.code() == std::errc::resource_unavailable_try_again;
     complain(no_thread ? no_memory_text().data() : e.what());

@@ -9,6 +9,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cli/time_left.h"
@@ -34,12 +35,14 @@ struct UsageError : std::runtime_error {
 /// "pvol-fit: error: ...".
 [[nodiscard]] int run_guarded(const std::string& tool, const std::function<int()>& body);
 
-/// The result of `work`; the file's name goes in front of the message of an Error that it throws.
+/// The result of `work`; the file's name goes in front of the message of an Error that it throws,
+/// unless that names it.
 template <class Work>
 [[nodiscard]] auto naming(const std::filesystem::path& file, const Work& work) {
   try {
     return work();
   } catch (const Error& e) {
+    if (std::string_view(e.what()).find(file.string()) != std::string_view::npos) throw;
     throw Error(file.string() + ": " + e.what());
   }
 }

@@ -187,6 +187,7 @@ FrameJobs resolve_jobs(const RenderOptionsGiven& o) {
   refuse_pattern(o.input);
   job.scene = parse_scene(o);
   for (const auto& file : files_of(job.scene)) refuse_pattern(file);
+  for (const std::filesystem::path* file : output_names(o)) refuse_pattern(*file);
   check_inputs_stay(job.outputs, job.scene);
   return {{std::move(job)}};
 }

@@ -48,6 +48,13 @@ void add_layout(const CommandLine& app, RenderOptionsGiven& o) {
       "Write each layer of --aov to a separate part of the .exr instead of channels of one part");
 }
 
+void set_resume(RenderOptionsGiven& o, bool resume) {
+  if (o.resume && *o.resume != resume) {
+    throw UsageError("--resume and --no-resume exclude each other");
+  }
+  o.resume = resume;
+}
+
 void add_files(const CommandLine& app, RenderOptionsGiven& o) {
   app.add_option("INPUT", o.input,
                  "Scene (.toml), or a cloud: .pvol, .vdb, .nvdb, or a recipe (.toml)")
@@ -74,12 +81,12 @@ void add_files(const CommandLine& app, RenderOptionsGiven& o) {
       .type_name("MINUTES")
       .check(number_from(0, 1e6, "minutes from 0 to a million"));
   app.add_flag_callback(
-      "--resume", [&o] { o.resume = true; },
+      "--resume", [&o] { set_resume(o, true); },
       "Continue the unfinished picture at --output, if it shows this scene; the result has the "
       "bytes of an uninterrupted render. If the picture is finished, do nothing. Frames of a "
       "sequence are always resumed");
   app.add_flag_callback(
-      "--no-resume", [&o] { o.resume = false; },
+      "--no-resume", [&o] { set_resume(o, false); },
       "Render everything again, including finished frames of a sequence");
   app.add_option("--pilot", o.pilot,
                  "With --noise: a whole, merged picture of --samples 0:16, from which this part "

@@ -108,6 +108,13 @@ namespace {
               " instead; move it to its place.");
 }
 
+/// Whether no light came to any pixel of a whole picture.
+bool is_black(const Film& film) {
+  const bool whole = film.crop_width == film.width && film.crop_height == film.height;
+  const auto is_dark = [](const PixelSums& p) { return p.sum == Vec3d{} && p.samples > 0; };
+  return whole && std::ranges::all_of(film.pixels, is_dark);
+}
+
 }  // namespace
 
 void save(const FrameJob& frame, const RenderJob& job, const TimedRender& t) {
@@ -123,6 +130,10 @@ void save(const FrameJob& frame, const RenderJob& job, const TimedRender& t) {
                                  describe_bias(job, t) + "), which only an .exr can record"});
   }
   if (!o.stats.empty()) write_text(o.stats, stats_text(job, t));
+  if (is_black(t.result.film)) {
+    print_warnings(kRenderTool, {"the picture is black: no light reaches the camera; check the "
+                                 "lights, the sky and what is before the camera"});
+  }
   if (o.common.quiet) return;
   if (job.plan.guide.used && !t.result.guided) {
     std::cerr << kRenderTool << ": paths were not guided: only the constant part of the sky "

@@ -130,6 +130,9 @@ bool is_unfinished(const RenderOptionsGiven& o, const std::filesystem::path& fil
 }
 
 ResumeState go_on_from_pilot(const std::filesystem::path& file, const RenderJob& job) {
+  if (!job.file.scene.options.noise) {
+    throw UsageError("--pilot is for pictures that --noise ends; give the --noise of the pilot");
+  }
   const formats::FilmFile pilot = formats::read_film_file(file);
   if (pilot.record.key != job.key) {
     throw Error(fmt::format("--pilot: {} shows another scene or other clouds", file.string()));

@@ -25,6 +25,20 @@ void set_options(const std::map<std::string, std::string>& options, const Entrie
   }
 }
 
+/// Throws UsageError for an option that does not go with the others or with the scene.
+void check_together(const std::map<std::string, std::string>& options, const Entries& entries,
+                    const RenderOptions& o) {
+  const auto wrong = misfit(o);
+  if (!wrong) return;
+  for (const char* key : wrong->keys) {
+    const auto given = options.find(key);
+    if (given == options.end()) continue;
+    throw UsageError(fmt::format("{}: found '{}', expected {}",
+                                 flag_of(find_key(entries, key)->about), given->second,
+                                 wrong->expected));
+  }
+}
+
 }  // namespace
 
 void add_scene_options(const CommandLine& app, std::map<std::string, std::string>& options) {
@@ -41,10 +55,12 @@ void add_scene_options(const CommandLine& app, std::map<std::string, std::string
 }
 
 void apply_options(const std::map<std::string, std::string>& options, formats::SceneFile& scene) {
-  set_options(options, formats::render_keys(scene));
+  const Entries entries = formats::render_keys(scene);
+  set_options(options, entries);
   const auto has = [&](const char* key) { return options.contains(key); };
   RenderOptions& o = scene.scene.options;
   if (has("spp") && !has("noise") && !has("time")) o.noise.reset(), o.time.reset();
+  check_together(options, entries, o);
 }
 
 std::vector<ManualPart> scene_manual() {

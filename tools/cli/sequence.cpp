@@ -25,11 +25,11 @@ void check_frames(const FramesGiven& given) {
   }
 }
 
-void refuse_pattern(const std::filesystem::path& input) {
+void refuse_pattern(const std::filesystem::path& file) {
   std::error_code ignored;
-  if (!has_pattern(input) || std::filesystem::exists(input, ignored)) return;
+  if (!has_pattern(file) || std::filesystem::exists(file, ignored)) return;
   throw UsageError(fmt::format(
-      "{} is a pattern for frames; choose some with --frames A-B or --frame N", input.string()));
+      "{} is a pattern for frames; choose some with --frames A-B or --frame N", file.string()));
 }
 
 void require_pattern(const std::vector<std::filesystem::path>& inputs) {

@@ -29,7 +29,7 @@ struct FramesGiven {
 void check_frames(const FramesGiven& given);
 
 /// Throws UsageError for a file that is none but a pattern, where no frames are given.
-void refuse_pattern(const std::filesystem::path& input);
+void refuse_pattern(const std::filesystem::path& file);
 
 /// Throws UsageError unless one of the inputs has a pattern.
 void require_pattern(const std::vector<std::filesystem::path>& inputs);

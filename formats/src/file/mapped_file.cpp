@@ -24,7 +24,8 @@ namespace {
 }  // namespace
 
 MappedFile::MappedFile(const std::filesystem::path& file) {
-  const int fd = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+  // Without O_NONBLOCK a pipe would keep its reader waiting.
+  const int fd = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd < 0) fail(file);
   struct stat info {};
   const bool is_file = ::fstat(fd, &info) == 0 && S_ISREG(info.st_mode);
@@ -33,7 +34,7 @@ MappedFile::MappedFile(const std::filesystem::path& file) {
     if (at != MAP_FAILED) bytes_ = {static_cast<const std::byte*>(at), std::size_t(info.st_size)};
   }
   ::close(fd);
-  if (!is_file) throw Error(file.string() + ": is not a file.");
+  if (!is_file) throw Error("cannot read " + file.string() + ": expected a regular file");
   if (info.st_size > 0 && bytes_.empty()) fail(file);
 }
 

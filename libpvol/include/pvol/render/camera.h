@@ -238,7 +238,7 @@ template <std::same_as<Camera> C>
           {.key = "zoom",
            .metavar = "X",
            .limits = number(Range::closed(1e-3, 1e3)),
-           .help = "For a camera without position: size of the clouds in the picture; 1 fills it"}),
+           .help = "For a camera without position: their size in the picture; 1 fits all in it"}),
       {{.key = "shutter",
         .metavar = "OPEN,CLOSE",
         .limits = number(Range::closed(-100, 100)).times(2).also(expect_shutter),

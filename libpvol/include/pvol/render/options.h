@@ -170,7 +170,7 @@ template <std::same_as<RenderOptions> O>
       {{.key = "crop",
         .metavar = "X,Y,W,H",
         .limits = whole(0, kLargestEdge).times(4),
-        .help = "Part of the image to render, in pixels",
+        .help = "Part of the image to render, in pixels; a W or H of 0 ends at the edge",
         .otherwise = "all"},
        [](const O& o) {
          return Value(Value::List{to_value(o.crop_x), to_value(o.crop_y), to_value(o.crop_width),
@@ -257,8 +257,8 @@ template <std::same_as<RenderOptions> O>
            .sweep = "none 2 1 codes"}),
       key<&O::look_up>(
           {.key = "interpolation",
-           .help = "Interpolation between voxels; tricubic is a B-spline and needs a .pvol that "
-                   "was fitted for it; procedural evaluates a recipe without sampling it",
+           .help = "Interpolation between voxels; tricubic is a B-spline, for which a .pvol must "
+                   "have been fitted; procedural evaluates a recipe without sampling it",
            .effect = Effect::field,
            .factor = "interpolation",
            .sweep = "nearest trilinear tricubic"}),
