@@ -110,13 +110,16 @@ TEST(Film, SumsOfManySamplesAreExact) {
 }
 
 TEST(Film, OthersAreNotAdded) {
-  Film f = numbered(1), wider = f, larger = f, plain = f, aces = f;
+  Film f = numbered(1), wider = f, larger = f, plain = f, renamed = f, aces = f;
   aces.color_space = ColorSpace::acescg;
   wider.crop_width = 2;
   larger.pixels.emplace_back();
   plain.layers.clear();
+  renamed.layers.front().name = "other";
   EXPECT_NO_THROW(add_samples(f, f));
-  for (const Film& other : {wider, larger, plain, aces}) EXPECT_THROW(add_samples(f, other), Error);
+  for (const Film& other : {wider, larger, plain, renamed, aces}) {
+    EXPECT_THROW(add_samples(f, other), Error);
+  }
 }
 
 }  // namespace film_test

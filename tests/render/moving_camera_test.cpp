@@ -167,6 +167,40 @@ TEST(MovingCamera, DepthsAreAlongTheAxisInTheMiddle) {
   EXPECT_GT(hits, 50);
 }
 
+/// Depths of deep pictures are from the camera as it stands at a sample's time: what moves along
+/// keeps its depth, and nothing is behind the camera.
+TEST(MovingCamera, DeepPicturesHaveDepthsAtTheSamplesTimes) {
+  CloudScene s = sunny();
+  s.options.deep = true;
+  const Volume v = volume_of(s);
+  s.camera = Camera{.position = {0, 0, 100}, .target = {0, 0, 0}, .shutter = {-0.5, 0.5}};
+  s.surfaces = {BallSurface{.centre = {0, 0, 70}, .radius = 9}};
+  const auto depths = [&] {
+    std::vector<double> all;
+    const Film film = render(v, s).film;
+    for (const auto& pixel : film.deep.surfaces) {
+      double last = 0;
+      for (const DeepSurface& surface : pixel) {
+        const double depth = surface.depth / double(surface.count);
+        EXPECT_GT(depth, last) << "in order, and before the camera";
+        all.push_back(last = depth);
+      }
+    }
+    return all;
+  };
+  const std::vector<double> still = depths();
+  ASSERT_GT(still.size(), 10u);
+  auto& ball = std::get<BallSurface>(s.surfaces[0]);
+  s.camera.to = CameraPlace{{0, 0, 40}, {0, 0, -60}};
+  ball.to = BallPlace{{0, 0, 10}};
+  const std::vector<double> along = depths();
+  ASSERT_EQ(along.size(), still.size());
+  for (std::size_t i = 0; i < still.size(); ++i) EXPECT_NEAR(along[i], still[i], 1e-6 * still[i]);
+  // The camera passes the ball, which stands still.
+  ball.to.reset();
+  EXPECT_GT(depths().size(), still.size());
+}
+
 TEST(MovingCamera, RefusesAWayThatIsNotOne) {
   const auto refusal = [](const CameraPlace& to) {
     Camera c{.position = {0, 0, 5}, .target = {0, 0, 0}};

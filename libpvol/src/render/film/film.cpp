@@ -229,7 +229,7 @@ void add_part(Film& to, const Film& part) {
 
 void add_samples(Film& to, const Film& from) {
   if (from.pixels.size() != to.pixels.size() || from.crop_width != to.crop_width ||
-      from.layers.size() != to.layers.size() || from.color_space != to.color_space) {
+      !have_same_layers(from, to) || from.color_space != to.color_space) {
     throw Error(
         "the films have different sizes, layers or colour spaces; expected the same to add them");
   }

@@ -4,6 +4,7 @@
 
 #include "pvol/volume/motion.h"
 #include "pvol/volume/moving_places.h"
+#include "render/path/camera_rays.h"
 #include "render/path/local_medium.h"
 #include "volume/cell_look_up.h"
 
@@ -162,11 +163,34 @@ std::vector<Layer> make_layers(const PathSetup& s, std::size_t pixels) {
   return layers;
 }
 
+namespace {
+
+/// From the least to the largest depth in a box, also for a camera that moves: at times in between
+/// at most as far from those of the next one as these are from each other.
+Span depths_of(const PathSetup& s, const Affine& to_world, const Box& box) {
+  if (!s.view.motion) return s.view.projection.depths(to_world, box);
+  constexpr int kTimes = 16;
+  Span all{}, last{};
+  double margin = 0;
+  for (int k = 0; k <= kTimes; ++k) {
+    const double time = s.view.camera.shutter.at(double(k) / kTimes);
+    const Affine seen = s.view.motion->to_middle(time) * to_world;
+    const Span now = s.view.projection.depths(seen, box);
+    if (k == 0) all = last = now;
+    margin = std::max({margin, std::abs(now.t0 - last.t0), std::abs(now.t1 - last.t1)});
+    all = {std::min(all.t0, now.t0), std::max(all.t1, now.t1)};
+    last = now;
+  }
+  return {all.t0 - margin, all.t1 + margin};
+}
+
+}  // namespace
+
 DeepFilm make_deep(const PathSetup& s, std::size_t pixels) {
   if (!s.options.deep) return {};
   double front = std::numeric_limits<double>::infinity(), back = -front;
   const auto add = [&](const Affine& to_world, const Box& box) {
-    const Span depths = s.view.projection.depths(to_world, box);
+    const Span depths = depths_of(s, to_world, box);
     front = std::min(front, depths.t0), back = std::max(back, depths.t1);
   };
   for (const Instance& at : s.instances->all) {
@@ -195,12 +219,27 @@ Film make_film(const PathSetup& setup) {
   return film;
 }
 
-void add_to_deep(const PathSetup& s, const PathResult& r, std::size_t pixel, DeepFilm& film) {
-  const double depth = depth_of(s, r.first.place);
+namespace {
+
+/// The sample that a pixel is given next.
+PixelSample next_sample(const Film& film, std::size_t pixel) {
+  const auto width = std::size_t(film.crop_width);
+  return {film.x + int(pixel % width), film.y + int(pixel / width),
+          film.first_sample + film.pixels[pixel].samples};
+}
+
+}  // namespace
+
+void add_to_deep(const PathSetup& s, const PathResult& r, std::size_t pixel, Film& film) {
+  Vec3d place = r.first.place;
+  if (s.view.motion) {
+    place = s.view.motion->to_middle(double(sample_time(s, next_sample(film, pixel)))).point(place);
+  }
+  const double depth = depth_of(s, place);
   if (r.first_material) {
-    film.add_surface(pixel, depth, Vec3d(r.radiance - r.background), double(r.alpha));
+    film.deep.add_surface(pixel, depth, Vec3d(r.radiance - r.background), double(r.alpha));
   } else {
-    film.add(pixel, depth, Vec3d(r.radiance));
+    film.deep.add(pixel, depth, Vec3d(r.radiance));
   }
 }
 
@@ -212,7 +251,7 @@ void add_to_layers(const PathSetup& s, const PathResult& r, std::size_t pixel, E
   for (const Rgb& part : r.orders) add((next++)->sum, Vec3d(part));
   if (s.options.aovs.has(Aov::halves)) {
     // By the sample's number in the picture, whatever part of it this film is.
-    auto& half = next[(film.first_sample + film.pixels[pixel].samples) % 2];
+    auto& half = next[next_sample(film, pixel).number % 2];
     add(half.sum, Vec3d(r.radiance));
     add(half.weight, 1);
     next += 2;

@@ -17,7 +17,7 @@ namespace pvol::detail {
 [[nodiscard]] std::vector<Layer> make_layers(const PathSetup& setup, std::size_t pixels);
 
 /// The bins of depth of such a film: none where nobody asks for them, else between the front and
-/// the back of what the volumes' boxes have before the camera.
+/// the back of what the volumes' boxes have before the camera while the shutter is open.
 [[nodiscard]] DeepFilm make_deep(const PathSetup& setup, std::size_t pixels);
 
 /// An empty film of these paths, with its layers, bins, counts and exact sums.
@@ -26,8 +26,9 @@ namespace pvol::detail {
 /// Makes room for the counts of a film's pixels, if there is none.
 inline void keep_counts(Film& film) { film.counts.resize(film.pixels.size()); }
 
-/// Adds a sample that met something to those bins.
-void add_to_deep(const PathSetup& setup, const PathResult& r, std::size_t pixel, DeepFilm& film);
+/// Adds a sample that met something to the film's bins, at its depth along the axis of the camera
+/// as that stands at the sample's time.
+void add_to_deep(const PathSetup& setup, const PathResult& r, std::size_t pixel, Film& film);
 
 /// Adds a sample to the sums of a pixel's layers, which were made for its setup, and its least
 /// values to the film.
@@ -68,7 +69,7 @@ inline void add_aside(const PathSetup& setup, const PathResult& r, std::size_t p
                       ExactSums& sums, Film& film) {
   if (!film.layers.empty()) add_to_layers(setup, r, pixel, sums, film);
   if (!film.deep.pixels.empty() && (r.first_weight != 0 || r.first_material))
-    add_to_deep(setup, r, pixel, film.deep);
+    add_to_deep(setup, r, pixel, film);
 }
 
 }  // namespace pvol::detail

@@ -37,6 +37,10 @@ struct CameraMotion {
     const Affine to_then = map.at(frames) * from_middle;
     return {to_then.point(ray.o), normalize(to_then.vector(ray.d))};
   }
+  /// Where the camera in the middle of the shutter has what the one at a time has at a place.
+  [[nodiscard]] Affine to_middle(double frames) const {
+    return inverse(map.at(frames) * from_middle);
+  }
 };
 
 /// Where camera rays begin (camera_rays.h).
