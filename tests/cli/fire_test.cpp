@@ -204,12 +204,49 @@ TEST_F(FireThatStarts, IsOutWhereAFileOfTheSceneHasNoGridForIt) {
   EXPECT_GT(mean_of("f.0002.exr").x, 2 * mean_of("f.0001.exr").x);
   EXPECT_TRUE(
       says(render("shot.toml", "f.####.exr", {"--frames", "1-2", "--frame", "1"}), "fire.out"));
+  // Whatever part of the shot is asked for.
+  for (const std::vector<std::string>& part :
+       {std::vector<std::string>{"--frame", "1", "--lock-frame", "2"},
+        {"--frames", "1-1", "--lock-frame", "2"}}) {
+    EXPECT_TRUE(says(render("shot.toml", "f.####.exr", part), "fire.out")) << part[0];
+  }
+  run(PVOL_RENDER,
+      {folder_ / "shot.toml", "-o", folder_ / "f.####.exr", "--frames", "1-2", "--split", "2"});
   // A name that no frame has is wrong.
   write_scene(2, "field = \"flames\"", "field = \"flame_\"");
   const RunResult r =
       run(PVOL_RENDER, {folder_ / "shot.toml", "-o", folder_ / "g.####.exr", "--frames", "1-2"}, 1);
   EXPECT_TRUE(says(r.err, "fire.no_field_in_any_frame"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "g.0001.exr"));
+}
+
+/// Smoke is there in frames of smoke, whatever the frame has whose choices they share.
+TEST_F(FireThatStarts, KeepsItsSmokeWhereTheReferenceHasNone) {
+  std::filesystem::copy(folder_ / "fire.vdb", folder_ / "f.0003.vdb");
+  const std::vector<std::string> all{folder_ / "f.####.vdb",
+                                     "-o",
+                                     folder_ / "f.####.exr",
+                                     "--size",
+                                     "32x24",
+                                     "--spp",
+                                     "16",
+                                     "--frames",
+                                     "1-3",
+                                     "--lock-frame"};
+  const auto with = [&](const char* reference, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> words = all;
+    words.emplace_back(reference);
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  };
+  EXPECT_TRUE(says(run(PVOL_RENDER, with("3"), 1).err, "fire.no_density_to_choose_for"));
+  run(PVOL_RENDER, with("3", {"--set", "medium.extinction=14"}));
+  for (const int frame : {1, 2}) {
+    const Film film = formats::read_film(folder_ / fmt::format("f.{:04}.exr", frame)).film;
+    double alpha = 0;
+    for (const PixelSums& p : film.pixels) alpha += p.alpha / (16 * double(film.pixels.size()));
+    EXPECT_GT(alpha, 0.02) << "frame " << frame;
+  }
 }
 
 /// Grids of a fire that are 0 everywhere give no more to choose by than none.

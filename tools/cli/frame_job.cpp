@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
+#include <utility>
 
 #include "cli/cli.h"
 #include "cli/filter_picture.h"
@@ -108,24 +110,43 @@ bool is_out(const formats::SceneVolume& v) {
          formats::lacks_fire(v, formats::grids_of(v.file));
 }
 
-/// Whether the volume burns in any frame of the sequence.
-bool burns_in_any(const SequenceGiven& given, const std::vector<int>& frames, std::size_t volume) {
-  return std::ranges::any_of(frames, [&](int frame) {
-    FrameJob job = name_frame(given, frame);
+/// Which volumes burn in any frame of a sequence, or in its reference. Each is looked for once.
+class Burning {
+ public:
+  Burning(const SequenceGiven& given, std::vector<int> frames)
+      : given_(given), frames_(std::move(frames)) {
+    frames_.push_back(given.reference);
+  }
+
+  [[nodiscard]] bool has(std::size_t volume) {
+    const auto [known, is_new] = known_.try_emplace(volume);
+    if (is_new) {
+      known->second = std::ranges::any_of(frames_, [&](int f) { return burns(volume, f); });
+    }
+    return known->second;
+  }
+
+ private:
+  [[nodiscard]] bool burns(std::size_t volume, int frame) const {
+    FrameJob job = name_frame(given_, frame);
     if (!std::filesystem::exists(job.options.input)) return false;
-    add_scene(given, job);
+    add_scene(given_, job);
     if (volume >= job.scene.volumes.size()) return false;
     const formats::SceneVolume& v = job.scene.volumes[volume];
     return v.fire && std::filesystem::exists(v.file) && !is_out(v);
-  });
-}
+  }
+
+  const SequenceGiven& given_;
+  std::vector<int> frames_;
+  std::map<std::size_t, bool> known_;
+};
 
 /// Puts out the fires for which a frame's file has no grids, as before they start to burn. Those
 /// that burn in no frame stay: loading them says what is wrong.
-void put_out_fires(const SequenceGiven& given, const std::vector<int>& frames, FrameJob& job) {
+void put_out_fires(Burning& burning, FrameJob& job) {
   for (std::size_t i = 0; i < job.scene.volumes.size(); ++i) {
     formats::SceneVolume& v = job.scene.volumes[i];
-    if (!is_out(v) || !burns_in_any(given, frames, i)) continue;
+    if (!is_out(v) || !burning.has(i)) continue;
     job.warnings.push_back(
         fmt::format("{}: the file has no grid for the fire, which is out", v.file.string()));
     v.fire.reset();
@@ -150,12 +171,13 @@ FrameJobs add_scenes(const SequenceGiven& given, const std::vector<int>& frames,
                      std::vector<FrameJob> jobs) {
   std::vector<FrameFile> needed;
   bool open = false;
+  Burning burning(given, frames);
   const auto add = [&](FrameJob& job) {
     const int frame = job.in_sequence->number;
     needed.push_back({frame, job.options.input});
     if (!std::filesystem::exists(job.options.input)) return;
     add_scene(given, job);
-    put_out_fires(given, frames, job);
+    put_out_fires(burning, job);
     find_open(given, job);
     for (const auto& file : files_of(job.scene)) needed.push_back({frame, file});
     check_inputs_stay(job.outputs, job.scene);
@@ -197,6 +219,8 @@ FrameJob resolve_split(const RenderOptionsGiven& o) {
     const SequenceGiven given = common_to_frames(o);
     FrameJob job = name_frame(given, given.reference);
     add_scene(given, job);
+    Burning burning(given, o.frames.all());
+    put_out_fires(burning, job);
     find_open(given, job);
     return job;
   }

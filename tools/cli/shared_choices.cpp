@@ -37,7 +37,7 @@ OpenChoices open_choices(const formats::SceneFile& scene) {
   for (std::size_t i = 0; i < scene.volumes.size(); ++i) {
     const formats::SceneVolume& v = scene.volumes[i];
     const formats::SceneVolume bound = with_fields(v);
-    open.extinction = open.extinction || (!v.has_extinction && bound.grid != formats::kNoGrid);
+    if (!v.has_extinction && bound.grid != formats::kNoGrid) open.extinctions.push_back(i);
     if (bound.fire && !describes_fire_color(v)) open.colors.push_back(i);
     if (bound.fire && !v.has_intensity) open.intensities.push_back(i);
   }
@@ -49,7 +49,7 @@ namespace {
 /// "extinction", "camera", "extinction and camera" and the like.
 std::string in_words(const OpenChoices& open) {
   std::vector<std::string> all;
-  if (open.extinction) all.emplace_back("extinction");
+  if (!open.extinctions.empty()) all.emplace_back("extinction");
   if (!open.colors.empty()) all.emplace_back("the fire's colour");
   if (!open.intensities.empty()) all.emplace_back("the fire's intensity");
   if (open.camera) all.emplace_back("camera");
@@ -58,16 +58,20 @@ std::string in_words(const OpenChoices& open) {
 
 /// Throws Error where there is nothing that extinction or camera could be chosen for. A fire alone
 /// needs no density.
-void require_density(const FrameJob& reference, const RenderJob& loaded) {
+void require_density(const FrameJobs& work, const RenderJob& loaded) {
+  const FrameJob& reference = *work.reference;
+  const std::size_t volumes = loaded.volumes.size();
+  const auto is_empty = [&](std::size_t i) {
+    return i < volumes && loaded.volumes[i].density.world_box.empty();
+  };
   std::size_t empty = 0;
-  bool chosen_for_nothing = false;
-  for (std::size_t i = 0; i < loaded.volumes.size(); ++i) {
-    if (loaded.file.volumes[i].grid == formats::kNoGrid) continue;
-    if (!loaded.volumes[i].density.world_box.empty()) continue;
-    ++empty;
-    chosen_for_nothing = chosen_for_nothing || !reference.scene.volumes[i].has_extinction;
+  for (std::size_t i = 0; i < volumes; ++i) {
+    if (is_empty(i) && loaded.file.volumes[i].grid != formats::kNoGrid) ++empty;
   }
-  if (!chosen_for_nothing && empty < loaded.volumes.size()) return;
+  const auto lacks_it = [&](const FrameJob& job) {
+    return std::ranges::any_of(job.open.extinctions, is_empty);
+  };
+  if (empty < volumes && !lacks_it(reference) && std::ranges::none_of(work.jobs, lacks_it)) return;
   throw Error(
       fmt::format("frame {}: the density is 0 everywhere, so extinction and camera "
                   "cannot be chosen; name another frame with --lock-frame N",
@@ -112,7 +116,7 @@ std::optional<formats::SceneFile> choose_for_all(const FrameJobs& work) {
   }
   const FrameJob& reference = *work.reference;
   RenderJob loaded = load(reference);
-  require_density(reference, loaded);
+  require_density(work, loaded);
   require_fires(work, loaded);
   if (!reference.options.common.quiet) {
     std::cerr << kRenderTool << ": no value is set for " << in_words(reference.open)
@@ -128,10 +132,13 @@ namespace {
 void lock_fire(formats::SceneVolume& v, const formats::SceneVolume& chosen) {
   if (!chosen.fire) return;
   if (!v.fire) {
-    v.fire = chosen.fire;
-    v.grid = chosen.grid;
-    v.has_intensity = true;
-    if (formats::lacks_fire(v, formats::grids_of(v.file))) v.fire.reset();
+    const std::vector<formats::GridEntry> grids = formats::grids_of(v.file);
+    formats::SceneVolume burning = v;
+    burning.fire = chosen.fire;
+    if (formats::lacks_fire(burning, grids)) return;
+    v.fire = chosen.fire, v.has_intensity = true;
+    // A file may have smoke where that of the reference has a fire alone.
+    if (chosen.grid != formats::kNoGrid || formats::lacks_density(grids)) v.grid = chosen.grid;
     return;
   }
   if (!describes_fire_color(v)) v.fire->kelvin = chosen.fire->kelvin;

@@ -15,11 +15,12 @@ struct FrameJobs;
 
 /// What a scene leaves to choose.
 struct OpenChoices {
-  bool extinction = false, camera = false;
-  std::vector<std::size_t> colors, intensities;  ///< numbers of the volumes whose fires lack them
+  bool camera = false;
+  std::vector<std::size_t> extinctions;          ///< numbers of the volumes that lack one
+  std::vector<std::size_t> colors, intensities;  ///< of those whose fires lack one
 
   [[nodiscard]] bool any() const {
-    return extinction || camera || !colors.empty() || !intensities.empty();
+    return camera || !extinctions.empty() || !colors.empty() || !intensities.empty();
   }
 };
 [[nodiscard]] OpenChoices open_choices(const formats::SceneFile& scene);
