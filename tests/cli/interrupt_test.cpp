@@ -147,6 +147,34 @@ TEST_F(Interrupt, EndsWhereAMappedFileBecomesShorter) {
   EXPECT_TRUE(out.empty());
 }
 
+/// One that is written over keeps its length, and nothing else would tell.
+TEST_F(Interrupt, SavesNothingWhereAMappedFileIsWrittenOver) {
+  const std::string cloud = folder / "ball.pvol", other = folder / "other.pvol";
+  ASSERT_EQ(run_tool(PVOL_FIT, {ball, "-o", cloud, "--compression", "none"}).exit, 0);
+  std::filesystem::copy(cloud, other);
+  Words words = long_picture();
+  words[0] = cloud;
+  const auto render_while = [&](const auto& act) {
+    return run_tool(PVOL_RENDER, words, [&, done = false](int pid, const std::string& err) mutable {
+      if (done || err.find("\nrendering ") == err.npos) return;
+      done = true;
+      act();
+      kill(pid, SIGINT);
+    });
+  };
+  const RunResult over = render_while([&] {
+    std::fstream(cloud, std::ios::in | std::ios::out | std::ios::binary)
+        << testing::read_text(other);
+  });
+  EXPECT_EQ(over.exit, 1) << over.err;
+  EXPECT_TRUE(says(over.err, "interrupt.file_written_over")) << over.err;
+  EXPECT_TRUE(out.empty());
+  // Where another takes its name, the file that is mapped stays as it is.
+  const RunResult renamed = render_while([&] { std::filesystem::rename(other, cloud); });
+  EXPECT_FALSE(says(renamed.err, "interrupt.file_written_over")) << renamed.err;
+  EXPECT_TRUE(std::filesystem::exists(picture));
+}
+
 TEST_F(Interrupt, CoversTheLineOnTheTerminal) {
   const RunResult r =
       run_on_terminal(PVOL_FIT, {fifo, "-o", out / "a.pvol"}, when_it_reads({SIGINT}));

@@ -127,8 +127,9 @@ std::string file_at(const void* address) {
 [[noreturn]] void end_by_lost_page(const char* tool) {
   formats::abandon_writes();
   const std::string file = file_at(lost_page);
+  const std::string what = "error: " + (file.empty() ? "a mapped file" : file);
   const std::scoped_lock lock(notes);
-  say(tool, file.empty() ? "a mapped file" : file.c_str(),
+  say(tool, what.c_str(),
       ": became shorter, or its disk failed, while it was in use. Render again; to replace a file "
       "that is in use, write the new one aside and rename it");
   ::_exit(1);

@@ -65,6 +65,7 @@ void load_scene(const RenderOptionsGiven& o, RenderJob& job) {
     const std::size_t number = job.volumes.size() + 1;
     const std::string key =
         number == 1 ? "medium.extinction" : fmt::format("volume[{}].medium.extinction", number);
+    FileState state = state_of(v.file);
     const auto loaded = load_volume(o, clouds, key, v);
     const formats::Cloud& cloud = *loaded;
     job.volumes.push_back(naming(v.file, [&] {
@@ -75,7 +76,9 @@ void load_scene(const RenderOptionsGiven& o, RenderJob& job) {
     job.reports.push_back({v.file, cloud.metadata.quantisation, cloud.metadata.quantisation_error});
     job.facts.push_back(describe(job.volumes.back(), describe(cloud, v)));
     if (scene.options.shells != ShellUse::off) require_proof(v.file, cloud);
-    if (cloud.forget_pages) cloud.forget_pages();  // what was read once to be checked
+    if (!cloud.forget_pages) continue;
+    cloud.forget_pages();  // what was read once to be checked
+    job.mapped.push_back(std::move(state));
   }
   if (!job.file.has_camera) {
     scene.camera = frame_all(job.volumes, scene);

@@ -108,9 +108,10 @@ namespace {
               " instead; move it to its place.");
 }
 
-/// Whether no light came to any pixel of a whole picture.
-bool is_black(const Film& film) {
-  const bool whole = film.crop_width == film.width && film.crop_height == film.height;
+/// Whether no light came to any pixel of a whole picture, with all its samples.
+bool is_black(const Film& film, const RenderOptions& o) {
+  const bool whole = film.crop_width == film.width && film.crop_height == film.height &&
+                     o.part_end == 0 && o.first_sample == 0;
   const auto is_dark = [](const PixelSums& p) { return p.sum == Vec3d{} && p.samples > 0; };
   return whole && std::ranges::all_of(film.pixels, is_dark);
 }
@@ -120,6 +121,7 @@ bool is_black(const Film& film) {
 void save(const FrameJob& frame, const RenderJob& job, const TimedRender& t) {
   const RenderOptionsGiven& o = frame.options;
   const Outputs& out = frame.outputs;
+  require_unchanged(job.mapped);
   try {
     save_pictures(frame, job, t);
   } catch (const Error& e) {
@@ -130,7 +132,7 @@ void save(const FrameJob& frame, const RenderJob& job, const TimedRender& t) {
                                  describe_bias(job, t) + "), which only an .exr can record"});
   }
   if (!o.stats.empty()) write_text(o.stats, stats_text(job, t));
-  if (is_black(t.result.film)) {
+  if (frame.prints_facts && is_black(t.result.film, job.file.scene.options)) {
     print_warnings(kRenderTool, {"the picture is black: no light reaches the camera; check the "
                                  "lights, the sky and what is before the camera"});
   }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cli/filter_picture.h"
+#include "cli/mapped_inputs.h"
 #include "pvol/formats/scene_file.h"
 #include "pvol/render/render.h"
 
@@ -40,6 +41,7 @@ struct RenderJob {
   bool chose_transmittance = false;   ///< it was left to choose
   std::string key;                    ///< picture_key of `file`; empty where nothing is rendered
   bool denoise = false;               ///< the whole picture is to be filtered
+  std::vector<FileState> mapped;      ///< files of `volumes` as they were before they were read
 };
 
 struct TimedRender {
