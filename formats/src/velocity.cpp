@@ -80,8 +80,10 @@ std::optional<LoadedVelocity> sample_recipe(const std::filesystem::path& file,
                                             const std::string& name) {
   const std::optional<Flow> flow = read_flow(file);
   if (!flow) return std::nullopt;
-  if (!name.empty() && !same_name(name, "flow")) {
-    throw Error(fmt::format("{}: no velocity is called '{}'; a recipe has one, called flow",
+  // Files that are made of it call it v.
+  const auto is_it = [&](std::string_view usual) { return same_name(name, usual); };
+  if (!name.empty() && !is_it("flow") && std::ranges::none_of(kUsualVelocities, is_it)) {
+    throw Error(fmt::format("{}: no velocity is called '{}'; a recipe has one, its flow, called v",
                             file.string(), name));
   }
   const Recipe recipe = read_recipe(file);

@@ -3,6 +3,7 @@ of it may end a render or go wrong without a note."""
 
 import math
 import pathlib
+import re
 import tempfile
 import unittest
 
@@ -90,6 +91,20 @@ class Lamps(unittest.TestCase):
         self.assertEqual(len(found), len(names), found)
         self.assertLessEqual(max(map(len, found)), 57)
         self.assertNotIn("objects", found)
+
+    def test_no_name_is_that_of_another_layer(self):
+        from pvol_blender.translate.lights import group_of
+
+        library = pathlib.Path(__file__).resolve().parents[2] / "libpvol"
+        layers = re.findall(r'\{Aov::\w+, "(\w+)"', (library / "include/pvol/render/aov.h").read_text())
+        groups = (library / "src/render/scene/light_group.cpp").read_text()
+        taken = re.findall(r'"(\w+)"', groups[groups.index("kTaken"):groups.index("is_among")])
+        self.assertGreater(len(layers), 10)
+        self.assertGreater(len(taken), 5)
+        _, lamp = lit_ball()
+        for name in layers + taken:
+            lamp.name = name
+            self.assertNotEqual(group_of(lamp), name)
 
     def test_longest_name_has_its_pass(self):
         scene, lamp = lit_ball()

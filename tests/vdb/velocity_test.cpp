@@ -76,8 +76,8 @@ TEST_F(Velocity, OfARecipeIsCalledFlow) {
   std::ofstream(file) << "[recipe]\nresolution = 16\n[[form]]\nshape = \"ellipsoid\"\ncentre = [0, "
                          "0, 0]\nradii = 1\n"
                          "[flow]\nvelocity = [1, 0, 0]\n";
-  for (const char* name : {"", "flow"}) EXPECT_TRUE(read_velocity(file, name)) << name;
-  EXPECT_TRUE(says(error_of([&] { (void)read_velocity(file, "v"); }), "motion.of_recipe"));
+  for (const char* name : {"", "flow", "v"}) EXPECT_TRUE(read_velocity(file, name)) << name;
+  EXPECT_TRUE(says(error_of([&] { (void)read_velocity(file, "wind"); }), "motion.of_recipe"));
 }
 
 TEST_F(Velocity, VectorsOfEveryPrecisionAreRead) {

@@ -31,9 +31,9 @@ Json with_files_in(const fs::path& folder, Json edits) {
   if (!edits.is_array()) return edits;
   for (Json& edit : edits) {
     if (!edit.is_object() || edit.value("key", Json()) != "file") continue;
-    if (edit.contains("value") && edit["value"].is_string()) {
-      edit["value"] = (folder / edit["value"].get<std::string>()).string();
-    }
+    if (!edit.contains("value") || !edit["value"].is_string()) continue;
+    const std::string name = edit["value"];
+    if (!name.empty()) edit["value"] = (folder / name).string();
   }
   return edits;
 }
@@ -103,7 +103,7 @@ void Viewer::apply(const Json& request) {
     if (!frame.is_number_integer()) {
       throw Error("found frame " + frame.dump() + ", expected a whole number");
     }
-    scene_.choose_frame(frame);
+    scene_.choose_frame(int(std::clamp(frame.get<double>(), -1e9, 1e9)));
   } else if (request.contains("show")) {
     const Json& show = request["show"];
     const std::string layer = show.value("layer", layer_);

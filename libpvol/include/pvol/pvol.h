@@ -388,9 +388,9 @@ typedef struct pvol_streams {
  * draw tentative collisions by bounds of small cubes, single calls by those of a tree. Lanes of any
  * width give the same values, but for those of SSE 4.1, which round products first. Batches go ray
  * by ray, and give the values of single calls, on processors without SSE 4.1 or NEON, and through
- * shared samples and the largest and thickest clouds: of more than 4000 samples along an axis, 2^24
- * leaves of 8^3 in their box or some millions that are occupied, or with mean free paths of less
- * than some thousandths of the distance between samples.
+ * shared samples and the largest and thickest clouds: of more than 16 000 samples along an axis, of
+ * more than 2^24 leaves of 8^3 in their box of which less than 1/64 are occupied, of some millions
+ * that are, or with mean free paths of less than some thousandths of the distance between samples.
  *
  * Works on the thread that calls, which keeps 220 KB for it until it ends; share a large batch
  * among threads of yours. Returns how many rays were bad; all where the volume was not committed,

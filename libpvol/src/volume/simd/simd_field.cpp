@@ -111,7 +111,7 @@ const char* simd_obstacle(const Volume& v) {
     return "the volume has more than 16 000 voxels along an axis";
   // Each leaf of the box has a word and the number of a brick: little beside the samples, unless
   // nearly all of a large box is air.
-  constexpr std::uint64_t kFewWords = 1u << 24, kMostWords = 1u << 28, kMostOfABrick = 256;
+  constexpr std::uint64_t kFewWords = 1u << 24, kMostWords = 1u << 28, kMostOfABrick = 64;
   const std::uint64_t words = count_words(f.octree);
   if (words > kFewWords && (words > kMostWords || words > kMostOfABrick * count_bricks(f)))
     return "the volume's box has too many leaves for what it holds";

@@ -37,9 +37,13 @@ class Files:
     def forget(self, name):
         """A thing has changed: its files are written anew. Those before the last ones go."""
         for key in [k for k in self._written if k[0] == name]:
-            if (path := self._stale.pop(key, None)) is not None:
-                path.unlink(missing_ok=True)
-            self._stale[key] = self._written.pop(key)
+            self._let_go(key, key)
+
+    def _let_go(self, key, place):
+        """A file may still be read; the one that had its place before is not."""
+        if (path := self._stale.pop(place, None)) is not None:
+            path.unlink(missing_ok=True)
+        self._stale[place] = self._written.pop(key)
 
     def _once(self, key, suffix, write):
         if key not in self._written:
@@ -78,6 +82,8 @@ class Files:
             return None
         # Painting in a picture changes it without an update of its own.
         key = (image.name_full, "picture", zlib.crc32(pixels))
+        for old in [k for k in self._written if k[:2] == key[:2] and k != key]:
+            self._let_go(old, key[:2])
         return self._once(key, ".hdr", lambda p: radiance.write(p, _linear(pixels, image)))
 
 

@@ -13,7 +13,8 @@ _TAKEN = {
     "r", "g", "b", "a", "x", "y", "z", "depth", "nearest", "position", "normal", "albedo",
     "velocity", "transmittance", "transmittance_rgb", "variance", "samples", "lookups", "bounds_tests",
     "segments", "collisions", "unscattered", "single", "multiple", "half_1", "half_2", "sky",
-    "emission", "noisy", "noisy_variance", "lights", "scattering", "halves", "objects",
+    "emission", "noisy", "noisy_variance", "lights", "scattering", "halves", "objects", "sums", "picture",
+    "rgba", "cryptoobject",
 }
 _LONGEST = 57  # of Blender's 63, with "Light " before it
 
