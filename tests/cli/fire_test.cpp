@@ -25,6 +25,8 @@ using testing::read_text;
 using testing::run_tool;
 using testing::RunResult;
 using testing::ScratchFolder;
+using testing::Words;
+using testing::operator+;
 
 /// 24^3 samples of value(p) in voxels of 0.1, under a name.
 VoxelGrid grid_of(const char* name, const std::function<double(Vec3d)>& value) {
@@ -144,6 +146,12 @@ class FireThatStarts : public FireFiles {
     std::filesystem::copy(folder_ / "all.vdb", folder_ / "f.0002.vdb");
   }
 
+  /// Renders the shot in small; returns the log.
+  std::string render_shot(const Words& more, int exit = 0) {
+    const Words all{folder_ / "f.####.vdb", "-o", folder_ / "f.####.exr"};
+    return run(PVOL_RENDER, all + Words{"--size", "32x24", "--spp", "16"} + more, exit).err;
+  }
+
   /// The scene in the header of a frame's picture, without its seed and the name of its cloud.
   [[nodiscard]] std::string scene_of(int frame) const {
     const auto file = folder_ / fmt::format("f.{:04}.exr", frame);
@@ -168,19 +176,10 @@ class FireThatStarts : public FireFiles {
 };
 
 TEST_F(FireThatStarts, HasOneLookInAllFrames) {
-  std::vector<std::string> all{folder_ / "f.####.vdb",
-                               "-o",
-                               folder_ / "f.####.exr",
-                               "--size",
-                               "32x24",
-                               "--spp",
-                               "16",
-                               "--frames",
-                               "1-2"};
-  EXPECT_TRUE(says(run(PVOL_RENDER, all, 1).err, "fire.frame_does_not_burn"));
+  EXPECT_TRUE(says(render_shot({"--frames", "1-2"}, 1), "fire.frame_does_not_burn"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "f.0001.exr"));
-  all.insert(all.end(), {"--lock-frame", "2"});
-  run(PVOL_RENDER, all);
+  const Words all{"--frames", "1-2", "--lock-frame", "2"};
+  render_shot(all);
   // The smoke before it burns is lit as that beside the fire.
   std::string burning = scene_of(2);
   const std::size_t fire = burning.find("[medium.fire]");
@@ -191,8 +190,7 @@ TEST_F(FireThatStarts, HasOneLookInAllFrames) {
   EXPECT_GT(second.x, 2 * first.x);
   EXPECT_LT(first.x, first.z) << "in the light of dusk";
   // A task of a farm makes the same picture.
-  all.insert(all.end(), {"--frame", "1", "--no-resume"});
-  run(PVOL_RENDER, all);
+  render_shot(all + Words{"--frame", "1", "--no-resume"});
   EXPECT_EQ(mean_of("f.0001.exr"), first);
 }
 
@@ -223,24 +221,9 @@ TEST_F(FireThatStarts, IsOutWhereAFileOfTheSceneHasNoGridForIt) {
 /// Smoke is there in frames of smoke, whatever the frame has whose choices they share.
 TEST_F(FireThatStarts, KeepsItsSmokeWhereTheReferenceHasNone) {
   std::filesystem::copy(folder_ / "fire.vdb", folder_ / "f.0003.vdb");
-  const std::vector<std::string> all{folder_ / "f.####.vdb",
-                                     "-o",
-                                     folder_ / "f.####.exr",
-                                     "--size",
-                                     "32x24",
-                                     "--spp",
-                                     "16",
-                                     "--frames",
-                                     "1-3",
-                                     "--lock-frame"};
-  const auto with = [&](const char* reference, const std::vector<std::string>& more = {}) {
-    std::vector<std::string> words = all;
-    words.emplace_back(reference);
-    words.insert(words.end(), more.begin(), more.end());
-    return words;
-  };
-  EXPECT_TRUE(says(run(PVOL_RENDER, with("3"), 1).err, "fire.no_density_to_choose_for"));
-  run(PVOL_RENDER, with("3", {"--set", "medium.extinction=14"}));
+  const Words all{"--frames", "1-3", "--lock-frame", "3"};
+  EXPECT_TRUE(says(render_shot(all, 1), "fire.no_density_to_choose_for"));
+  render_shot(all + Words{"--set", "medium.extinction=14"});
   for (const int frame : {1, 2}) {
     const Film film = formats::read_film(folder_ / fmt::format("f.{:04}.exr", frame)).film;
     double alpha = 0;
@@ -255,17 +238,8 @@ TEST_F(FireThatStarts, IsNotChosenForAFrameWithoutLight) {
   const VoxelGrid flames = grid_of("flames", [](Vec3d) { return 0.0; });
   const VoxelGrid heat = grid_of("temperature", [](Vec3d) { return 0.0; });
   formats::write_vdb(folder_ / "f.0001.vdb", {&smoke, &flames, &heat});
-  const std::vector<std::string> all{folder_ / "f.####.vdb",
-                                     "-o",
-                                     folder_ / "f.####.exr",
-                                     "--size",
-                                     "32x24",
-                                     "--spp",
-                                     "4",
-                                     "--frames",
-                                     "1-2"};
-  EXPECT_TRUE(says(run(PVOL_RENDER, all, 1).err, "fire.frame_does_not_burn_itself"));
-  render("f.####.vdb", "f.####.exr", {"--frames", "1-2", "--lock-frame", "2"});
+  EXPECT_TRUE(says(render_shot({"--frames", "1-2"}, 1), "fire.frame_does_not_burn_itself"));
+  render_shot({"--frames", "1-2", "--lock-frame", "2"});
   EXPECT_NE(scene_of(1).find("[medium.fire]"), std::string::npos);
 }
 

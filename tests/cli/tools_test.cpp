@@ -522,6 +522,21 @@ std::string write_sky(const ScratchFolder& folder, int count) {
   return folder / "sky.toml";
 }
 
+/// An error names what was typed, not the key that it sets.
+TEST(Render, ErrorsNameTheFlagOfTheView) {
+  const ScratchFolder folder;
+  write_ball(folder);
+  std::ofstream(folder / "placed.toml")
+      << "[volume]\nfile = \"ball.vdb\"\n[camera]\nposition = [0, 0, 9]\ntarget = [0, 0, 0]\n";
+  for (const std::string flag : {"--view side", "--zoom 2"}) {
+    const std::size_t blank = flag.find(' ');
+    const RunResult r = run_tool(PVOL_RENDER, {folder / "placed.toml", "-o", folder / "a.exr",
+                                               flag.substr(0, blank), flag.substr(blank + 1)});
+    EXPECT_EQ(r.exit, 2);
+    EXPECT_TRUE(says(r.err, "tools.flag_of_the_view", {flag}));
+  }
+}
+
 TEST(Render, AThousandInstancesAreOneVolumeInWords) {
   const ScratchFolder folder;
   write_ball(folder);

@@ -146,16 +146,19 @@ Check is_view(const Entries& camera) {
           "front right side back left top bottom"};
 }
 
+/// What flags add to `sets`, and the flag as it was given.
+using FlagSets = std::vector<std::pair<std::string, std::string>>;
+
 /// Flags for a camera that frames the clouds. They add keys of the scene to `sets`.
-void add_view(const CommandLine& app, std::vector<std::string>& sets) {
+void add_view(const CommandLine& app, FlagSets& sets) {
   Camera defaults;
   const Entries all = entries(defaults);
   app.add_option_function(
          "--view",
          [&sets](const std::string& text) {
            const auto [azimuth, elevation] = parse_view(text).value();
-           sets.push_back("camera.azimuth=" + azimuth);
-           sets.push_back("camera.elevation=" + elevation);
+           sets.emplace_back("camera.azimuth=" + azimuth, "--view " + text);
+           sets.emplace_back("camera.elevation=" + elevation, "--view " + text);
          },
          "Direction from which the camera that frames the clouds looks: front, right, side, back, "
          "left, top, bottom, or degrees about up from the front and above, such as 45,20 [a little "
@@ -166,8 +169,9 @@ void add_view(const CommandLine& app, std::vector<std::string>& sets) {
     const Entry& e = *find_key(all, key);
     app.add_option_function(
            flag_of(e.about),
-           [&sets, set = fmt::format("camera.{}=", key)](const std::string& text) {
-             sets.push_back(set + text);
+           [&sets, key](const std::string& text) {
+             sets.emplace_back(fmt::format("camera.{}={}", key, text),
+                               fmt::format("--{} {}", key, text));
            },
            help_of(e))
         .type_name(metavar_of(e.about))
@@ -178,7 +182,8 @@ void add_view(const CommandLine& app, std::vector<std::string>& sets) {
          "--up",
          [&sets](const std::string& text) {
            const bool axis = text == "y" || text == "z";
-           sets.push_back(axis ? "world.up=\"" + text + '"' : "camera.up=[" + text + ']');
+           sets.emplace_back(axis ? "world.up=\"" + text + '"' : "camera.up=[" + text + ']',
+                             "--up " + text);
          },
          "Axis that is up, y or z, for camera, sky and the default sun; or, for the camera alone, "
          "any direction [y]")
@@ -213,12 +218,15 @@ std::optional<int> read_command_line(int argc, char** argv, RenderOptionsGiven& 
   o.arguments.assign(argv, argv + argc);
   add_split(app, o.split, o.local_copies);
   add_scene_options(app, o.options);
-  std::vector<std::string> of_flags;
+  FlagSets of_flags;
   add_view(app, of_flags);
   add_scene(app, o);
   const std::optional<int> code = app.parse(argc, argv, scene_manual());
   // After all --set, in whose list the parser keeps nothing else.
-  o.sets.insert(o.sets.end(), of_flags.begin(), of_flags.end());
+  for (const auto& [set, flag] : of_flags) {
+    o.sets.push_back(set);
+    o.flags_of_sets.emplace(set, flag);
+  }
   return code;
 }
 

@@ -27,6 +27,7 @@ struct RenderOptionsGiven {
   std::filesystem::path input, output, png, deep, stats;
   formats::GridOptions grid;
   std::vector<std::string> sets;
+  std::map<std::string, std::string> flags_of_sets{};  ///< of those that --view and the like add
   /// Flags of formats::render_keys, as written, by key; absent ones are left to the scene.
   std::map<std::string, std::string> options;
   formats::Display display{};
