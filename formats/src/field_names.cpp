@@ -63,9 +63,9 @@ std::vector<std::string> usual_fire_grids(std::span<const GridEntry> grids) {
 
 bool has_flames(std::span<const GridEntry> grids) { return !first_of(kFlameNames, grids).empty(); }
 
-bool lacks_fire(const SceneVolume& v, std::span<const GridEntry> grids) {
-  if (v.fire->field.empty()) return first_of(kFireNames, grids).empty();
-  const std::string_view field = v.fire->field;
+bool lacks_grid(const Fire& fire, std::span<const GridEntry> grids) {
+  if (fire.field.empty()) return first_of(kFireNames, grids).empty();
+  const std::string_view field = fire.field;
   return first_of({&field, 1}, grids).empty();
 }
 

@@ -112,16 +112,10 @@ void add_scene(const SequenceGiven& given, FrameJob& job) {
   seed = seed_of_frame(seed, frame);
 }
 
-/// Finds what the scene leaves open.
-void find_open(const SequenceGiven& given, FrameJob& job) {
-  job.open = open_choices(job.scene);
-  if (job.open.any()) job.in_sequence->locked_to = given.reference;
-}
-
 /// Whether the file of a volume exists and has no grids for its fire.
 bool is_out(const formats::SceneVolume& v) {
   return v.fire && std::filesystem::exists(v.file) &&
-         formats::lacks_fire(v, formats::grids_of(v.file));
+         formats::lacks_grid(*v.fire, formats::grids_of(v.file));
 }
 
 /// Which volumes burn in any frame of a sequence, or in its reference. Each is looked for once.
@@ -167,6 +161,14 @@ void put_out_fires(Burning& burning, FrameJob& job) {
   }
 }
 
+/// Adds the scene of a frame that is to be loaded, and finds what that leaves open.
+void add_scene(const SequenceGiven& given, Burning& burning, FrameJob& job) {
+  add_scene(given, job);
+  put_out_fires(burning, job);
+  job.open = open_choices(job.scene);
+  if (job.open.any()) job.in_sequence->locked_to = given.reference;
+}
+
 /// Names the frames to do, the first of which tells about its clouds.
 std::vector<FrameJob> name_frames(const SequenceGiven& given, const FramesGiven& frames) {
   std::vector<FrameJob> jobs;
@@ -190,9 +192,7 @@ FrameJobs add_scenes(const SequenceGiven& given, const std::vector<int>& frames,
     const int frame = job.in_sequence->number;
     needed.push_back({frame, job.options.input});
     if (!std::filesystem::exists(job.options.input)) return;
-    add_scene(given, job);
-    put_out_fires(burning, job);
-    find_open(given, job);
+    add_scene(given, burning, job);
     for (const auto& file : files_of(job.scene)) needed.push_back({frame, file});
     check_inputs_stay(job.outputs, job.scene);
     if (!job.outputs.exr.empty()) check_layout(job.options, job.scene.scene);
@@ -232,10 +232,8 @@ FrameJob resolve_split(const RenderOptionsGiven& o) {
   if (o.frames.any()) {
     const SequenceGiven given = common_to_frames(o);
     FrameJob job = name_frame(given, given.reference);
-    add_scene(given, job);
     Burning burning(given, o.frames.all());
-    put_out_fires(burning, job);
-    find_open(given, job);
+    add_scene(given, burning, job);
     return job;
   }
   FrameJob job{.options = o, .outputs = choose_outputs(o)};

@@ -133,9 +133,7 @@ void lock_fire(formats::SceneVolume& v, const formats::SceneVolume& chosen) {
   if (!chosen.fire) return;
   if (!v.fire) {
     const std::vector<formats::GridEntry> grids = formats::grids_of(v.file);
-    formats::SceneVolume burning = v;
-    burning.fire = chosen.fire;
-    if (formats::lacks_fire(burning, grids)) return;
+    if (formats::lacks_grid(*chosen.fire, grids)) return;
     v.fire = chosen.fire, v.has_intensity = true;
     // A file may have smoke where that of the reference has a fire alone.
     if (chosen.grid != formats::kNoGrid || formats::lacks_density(grids)) v.grid = chosen.grid;

@@ -22,9 +22,9 @@ namespace pvol::formats {
 /// too.
 [[nodiscard]] bool has_flames(std::span<const GridEntry> grids);
 
-/// Whether the volume's fire has no grid among these: neither of the name that the scene gives nor,
-/// where it gives none, of a usual one.
-[[nodiscard]] bool lacks_fire(const SceneVolume& volume, std::span<const GridEntry> grids);
+/// Whether a fire has no grid among these: neither of the name that the scene gives nor, where it
+/// gives none, of a usual one.
+[[nodiscard]] bool lacks_grid(const Fire& fire, std::span<const GridEntry> grids);
 
 /// Whether no grid is called density, or only one that is 0 everywhere, and it is not plain which
 /// other one is meant.
