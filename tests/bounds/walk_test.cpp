@@ -177,8 +177,9 @@ void check_walk(const Field& f, const Volume& v, const Start& from) {
   Walk walk(v.density.octree, cursor, from.direction);
   double last = 0;
   int count = 0;
+  const int most = most_segments(v);
   while (const auto s = walk.next()) {
-    ASSERT_LE(++count, most_segments(v));
+    ASSERT_LE(++count, most);
     ASSERT_GE(s->t0, last);  // ascending, without overlap
     ASSERT_GE(s->t1, s->t0);
     ASSERT_NO_FATAL_FAILURE(check_gap(f, v, from, last, s->t0));
@@ -319,6 +320,7 @@ TEST(Walk, EndsForEveryDirection) {
       -1.0f, 1e-7f, 1e9f, -1e9f, 1e-9f,    largest_subnormal, -1e-20f};
   for (const Field& f : fields()) {
     const Volume v = make_test_volume(f, 1, 16);
+    const int most = most_segments(v);
     Rng rng(10, 11, 12);
     for (const float x : components) {
       for (const float y : components) {
@@ -329,7 +331,7 @@ TEST(Walk, EndsForEveryDirection) {
           Walk walk(v.density.octree, cursor, widen(Vec3f(x, y, z)));
           int count = 0;
           while (const auto s = walk.next()) {
-            ASSERT_LE(++count, most_segments(v)) << x << ' ' << y << ' ' << z;
+            ASSERT_LE(++count, most) << x << ' ' << y << ' ' << z;
             ASSERT_FALSE(std::isnan(s->t0) || std::isnan(s->t1));
             const LatticePoint p = walk.point(s->t0);
             ASSERT_TRUE(is_finite(vec3(p.frac)));

@@ -8,6 +8,7 @@
 
 #include "extremes/probes.h"
 #include "pvol/error.h"
+#include "support/effort.h"
 
 namespace pvol::extremes {
 namespace extremes_test {
@@ -29,9 +30,9 @@ TEST(Extremes, AreRightOrRefusedAsThePageSays) {
 
 TEST(Extremes, RandomScenesAreRightOrRefused) {
   int refused = 0;
-  constexpr std::uint64_t kScenes = 60;
+  const auto scenes = proof::samples(std::uint64_t{60}, std::uint64_t{3});
   for (const Setting& s : settings()) {
-    for (std::uint64_t i = 0; i < kScenes; ++i) {
+    for (std::uint64_t i = 0; i < scenes; ++i) {
       try {
         const Outcome o = random_scene(i, s);
         EXPECT_NE(o.verdict, Verdict::wrong) << s.name << ", scene " << i << ": " << o.note;
@@ -40,7 +41,7 @@ TEST(Extremes, RandomScenesAreRightOrRefused) {
       }
     }
   }
-  EXPECT_LT(refused, int(kScenes * settings().size()) * 2 / 3) << "most are rendered";
+  EXPECT_LT(refused, int(scenes * settings().size()) * 2 / 3) << "most are rendered";
 }
 
 }  // namespace extremes_test

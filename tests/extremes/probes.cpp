@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <filesystem>
+#include <map>
+#include <mutex>
 #include <sstream>
 
 #include "pvol/error.h"
@@ -136,7 +138,14 @@ Outcome unit_radiance(const Film& film, double least = 0) {
   return {close ? Verdict::within : Verdict::wrong, "radiance " + words(a.mean.y)};
 }
 
-Film reference(const Setting& s) { return blob().render(s); }
+/// The blob of decade 0, made once for each setting.
+Film reference(const Setting& s) {
+  static std::mutex alone;
+  static std::map<std::string, Film> made;
+  const std::lock_guard lock(alone);
+  const auto found = made.find(s.name);
+  return found != made.end() ? found->second : made.emplace(s.name, blob().render(s)).first->second;
+}
 
 /// A cloud in a furnace: what it scatters and emits makes up for what it hides.
 Clouds furnace() {

@@ -12,6 +12,7 @@
 #include "image/sum_planes.h"
 #include "pvol/error.h"
 #include "pvol/formats/film_file.h"
+#include "support/effort.h"
 #include "support/messages.h"
 #include "support/temporary_folder.h"
 
@@ -213,7 +214,7 @@ TEST(FilmSums, DamagedOnesAreRefused) {
       ++refused;
     }
   };
-  for (int trial = 0; trial < 400; ++trial) {
+  for (int trial = 0; trial < proof::samples(400, 2); ++trial) {
     std::vector<char> bytes = whole;
     // Half of them in the header, where the record is.
     const std::size_t reach = trial % 2 ? bytes.size() : std::min<std::size_t>(bytes.size(), 12000);
@@ -223,7 +224,7 @@ TEST(FilmSums, DamagedOnesAreRefused) {
   for (int trial = 0; trial < 40; ++trial) {
     try_to_read({whole.begin(), whole.begin() + std::ptrdiff_t(random() % whole.size())});
   }
-  EXPECT_GT(refused, 60);
+  EXPECT_GT(refused, proof::samples(60, 2));
 }
 
 /// Files of earlier versions have digits that were not carried.

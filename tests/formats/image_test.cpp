@@ -21,6 +21,7 @@
 #include <random>
 
 #include "pvol/error.h"
+#include "support/effort.h"
 #include "support/messages.h"
 
 namespace pvol::formats {
@@ -461,10 +462,17 @@ TEST_F(Image, SkyThatIsTooLargeIsRefusedBeforeItIsRead) {
             std::string::npos);
 }
 
+/// Whether to try a file's damage at this byte: on a commit every third, and every one at the ends.
+bool is_cut(std::size_t at, std::size_t size) {
+  constexpr std::size_t kEnd = 64;
+  return proof::has_turn(at, 3) || at < kEnd || at + kEnd > size;
+}
+
 TEST_F(Image, EveryTruncationOfASkyIsRefused) {
   write_sky(file("a.exr"), Imf::FLOAT, 5, 18, false, ramp(5 * 18));
   const std::string whole = bytes_of(file("a.exr"));
   for (std::size_t size = 0; size < whole.size(); ++size) {
+    if (!is_cut(size, whole.size())) continue;
     write_bytes(file("cut.exr"), whole.substr(0, size));
     EXPECT_THROW((void)read_sky(file("cut.exr")), Error) << size << " of " << whole.size();
   }
@@ -473,8 +481,10 @@ TEST_F(Image, EveryTruncationOfASkyIsRefused) {
 TEST_F(Image, TruncatedTilesAreRefusedUnlessOnlyCoarseLevelsAreCut) {
   write_sky(file("a.exr"), Imf::FLOAT, 9, 10, true, ramp(9 * 10));
   const std::string whole = bytes_of(file("a.exr"));
-  std::size_t refused = 0;
+  std::size_t refused = 0, cuts = 0;
   for (std::size_t size = 0; size < whole.size(); ++size) {
+    if (!is_cut(size, whole.size())) continue;
+    ++cuts;
     write_bytes(file("cut.exr"), whole.substr(0, size));
     try {
       expect_ramp(read_sky(file("cut.exr")), 9, 10);
@@ -482,13 +492,14 @@ TEST_F(Image, TruncatedTilesAreRefusedUnlessOnlyCoarseLevelsAreCut) {
       ++refused;
     }
   }
-  EXPECT_GT(refused, whole.size() / 2);
+  EXPECT_GT(refused, cuts / 2);
 }
 
 TEST_F(Image, FlippedBytesOfASkyAreReadOrRefused) {
   write_sky(file("a.exr"), Imf::FLOAT, 5, 18, false, ramp(5 * 18));
   const std::string whole = bytes_of(file("a.exr"));
   for (std::size_t at = 0; at < whole.size(); ++at) {
+    if (!is_cut(at, whole.size())) continue;
     std::string flipped = whole;
     flipped[at] = char(flipped[at] ^ (1 << (at % 8)));
     write_bytes(file("flipped.exr"), flipped);

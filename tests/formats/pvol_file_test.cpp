@@ -15,6 +15,7 @@
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
 #include "pvol/formats/pvol_file.h"
+#include "support/effort.h"
 #include "support/error_of.h"
 #include "support/messages.h"
 #include "support/pvol_bytes.h"
@@ -125,9 +126,13 @@ TEST_F(PvolFileTest, ABlockInTheCornerOfTheRootRoundTrips) {
 }
 
 TEST_F(PvolFileTest, PyramidsOfEveryDepthRoundTrip) {
+  std::size_t turn = 0;
   for (std::size_t levels = 1; levels <= 22; ++levels) {
+    ++turn;
     for (const int uniform : {0, 1, 20}) {
+      ++turn;
       for (const float scale : {1e-44f, 0.3f, 3e38f}) {
+        if (!proof::has_turn(turn++, 3)) continue;
         const test::PyramidSpec spec{levels, 30, uniform, scale, Vec3l(-1048576, 8, 0)};
         PvolFile content{some_metadata(), test::random_pyramid(spec, levels), {}, {}};
         const auto bytes = written(content);

@@ -8,6 +8,7 @@
 
 #include "pvol/error.h"
 #include "pvol/formats/pvol_file.h"
+#include "support/effort.h"
 #include "support/forgeries.h"
 #include "support/messages.h"
 #include "support/pvol_bytes.h"
@@ -307,7 +308,7 @@ TEST_F(PvolForgeryTest, RandomDamageWithRightSumsNeverCrashes) {
   std::mt19937_64 random(11);
   for (const Compression compression : {Compression::none, Compression::zstd}) {
     const PvolBytes good(written(some_file(4, false), compression));
-    for (int i = 0; i < 20000; ++i) {
+    for (int i = 0; i < proof::samples(20000); ++i) {
       PvolBytes bad = good;
       for (std::uint64_t n = 1 + random() % 3; n > 0; --n) {
         PvolBytes::Chunk& chunk = bad.chunks[random() % bad.chunks.size()];

@@ -6,6 +6,7 @@
 
 #include "pvol/error.h"
 #include "pvol/formats/scene_file.h"
+#include "support/effort.h"
 #include "support/scene_text.h"
 
 namespace pvol::formats {
@@ -260,7 +261,7 @@ struct RandomScene {
 
 TEST_F(SceneText, WrittenScenesReadBackEqual) {
   RandomScene random;
-  for (int i = 0; i < 300; ++i) {
+  for (int i = 0; i < proof::samples(300); ++i) {
     SceneFile file = random();
     auto& lights = file.scene.lights;
     std::shuffle(lights.begin(), lights.end(), random.bits);

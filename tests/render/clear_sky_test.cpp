@@ -341,12 +341,13 @@ class RandomPaths {
 TEST(ScatteredLight, LeansTowardsTheSunByHigherOrdersToo) {
   const Atmosphere a = pure_air();
   constexpr double kSun = 80 * kDegree, kAngle = 60 * kDegree;
-  constexpr int kBand = 1, kSamples = 1'000'000;
+  constexpr int kBand = 1;
+  const int samples = proof::samples(1'000'000, 2);
   const ScatteredLight light(a, kSun);
   const RandomPaths paths(a, kBand, kSun);
   for (const double azimuth : {0.0, pi}) {
     proof::Moments m;
-    for (int i = 0; i < kSamples; ++i) {
+    for (int i = 0; i < samples; ++i) {
       Rng rng(8, std::uint64_t(azimuth), std::uint64_t(i));
       m.add(paths.sample(kAngle, azimuth, rng, 1));
     }

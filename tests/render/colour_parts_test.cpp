@@ -133,7 +133,7 @@ TEST(ColourParts, OfACloudSumUpAndComeNearerToManySamples) {
   s.environment = ConstantSky{Rgb(0.3f, 0.4f, 0.6f)};
   s.options.aovs = denoising_aovs();
   s.options.aovs.add(Aov::lights), s.options.aovs.add(Aov::scattering);
-  s.options.samples = 1024;
+  s.options.samples = proof::samples(1024u);
   s.options.seed = 77;
   const Film reference = run(cloud(), s).film;
   s.options.samples = 16;

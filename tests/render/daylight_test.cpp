@@ -48,8 +48,9 @@ TEST(Daylight, TheSunStandsWhereItIsSaidToBe) {
   z_up.up = {0, 0, 2}, z_up.north = {0, 3, 1};
   expect_near(make_daylight(z_up).sun.direction, {1, 0, 0}, 1e-12);
   z_up.azimuth = 0;
-  expect_near(make_daylight(z_up).sun.direction, {0, 1, 0}, 1e-12);
-  EXPECT_EQ(make_daylight(z_up).sun.angle, 0.53);
+  const Daylight north = make_daylight(z_up);
+  expect_near(north.sun.direction, {0, 1, 0}, 1e-12);
+  EXPECT_EQ(north.sun.angle, 0.53);
 }
 
 /// Where no gamut cuts anything off, the same light by other primaries: blue skies and suns lie
@@ -203,9 +204,12 @@ TEST(Daylight, FadesThroughDuskIntoNight) {
 }
 
 TEST(Daylight, IsLightAtAllExtremes) {
+  std::size_t turn = 0;
   for (const double elevation : {90.0, 1e-9, -17.0, -90.0}) {
+    ++turn;  // on a commit every two extremes together, not every three
     for (const double turbidity : {1.0, 20.0}) {
       for (const double ozone : {0.0, 1000.0}) {
+        if (!proof::has_turn(turn + (turbidity > 1) + (ozone > 0))) continue;
         ClearSky sky = low_sun(elevation, 359);
         sky.turbidity = turbidity, sky.ozone = ozone, sky.irradiance = 1e29;
         sky.ground = Rgb(turbidity > 1 ? 1.0f : 0.0f);

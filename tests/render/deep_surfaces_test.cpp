@@ -150,7 +150,7 @@ TEST(DeepSurfaces, ScenesRenderedApartAreOneSceneInDepth) {
   std::array<proof::Moments, 2> together, apart;
   for (std::uint64_t seed = 1; seed <= 30; ++seed) {
     CloudScene one = s;
-    one.options.samples = 300;
+    one.options.samples = proof::samples(300u, 2u);
     one.options.seed = seed;
     one.medium = glowing;
     one.surfaces = {ball};

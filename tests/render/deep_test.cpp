@@ -62,7 +62,7 @@ testing::AssertionResult is_tidy(const std::vector<DeepSample>& samples) {
 TEST(Deep, AddsUpToThePictureWithoutBackground) {
   for (Case& c : cases()) {
     CloudScene& s = c.scene;
-    s.options.samples = 30;
+    s.options.samples = proof::samples(30u);
     const Volume v = volume_of(s);
     const Film plain = render(v, s).film;
     EXPECT_TRUE(plain.deep.pixels.empty()) << "nobody asked";

@@ -108,15 +108,17 @@ Film picture(const Volume& v, CloudScene s, LineLamps lines, std::uint64_t seed)
 
 TEST(LineLamps, ShowTheSamePicture) {
   proof::Family family;
-  std::uint64_t seed = 500;
+  std::uint64_t seed = 500, turn = 0;
   for (const double extinction : {0.02, 0.2, 2.0}) {
+    ++turn;
     for (int kind = 0; kind < kKinds; ++kind) {
       for (const GuideUse guide : {GuideUse::off, GuideUse::on}) {
+        seed += 2;
+        if (!proof::has_turn(++turn + std::uint64_t(kind))) continue;
         CloudScene s = lit_by(kind, extinction);
         s.options.samples = proof::samples(600);
         s.options.guide = guide;
         const Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
-        seed += 2;
         compare(average(picture(v, s, LineLamps::on, seed)),
                 average(picture(v, s, LineLamps::off, seed + 1)),
                 std::to_string(kind) + " " + std::to_string(extinction), family);

@@ -176,6 +176,7 @@ TEST(MotionBlur, EstimatorsAgree) {
     for (const Transmittance t :
          {Transmittance::analog, Transmittance::ratio, Transmittance::residual_ratio}) {
       CloudScene s = scene_of({-0.5, 0.5});
+      s.options.samples = proof::samples(256u);
       s.options.tracker = tracker;
       s.options.transmittance = t;
       const Film film = render(moving(puff(), s, swirl()), s).film;

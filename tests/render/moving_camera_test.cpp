@@ -80,7 +80,7 @@ TEST(MovingCamera, IsTheMeanOfPicturesOverTheShutter) {
     const Film sum = over_shutter(s.camera.shutter, 32, [&](double time, std::uint64_t seed) {
       CloudScene still = s;
       still.camera = camera_at(s.camera, time);
-      still.options.samples = 64, still.options.seed = seed;
+      still.options.samples = proof::samples(64u), still.options.seed = seed;
       return render(v, still).film;
     });
     compare(blurred, sum, lens ? "through a lens" : "sharp", family);

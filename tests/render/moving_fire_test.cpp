@@ -124,7 +124,7 @@ TEST(MovingFire, InItsSmokeIsTheMeanOfPicturesOverTheShutter) {
     const Film sum = over_shutter(shutter, 32, [&](double time, std::uint64_t seed) {
       CloudScene still = s;
       still.camera.shutter = {};
-      still.options.samples = 64, still.options.seed = seed;
+      still.options.samples = proof::samples(64u), still.options.seed = seed;
       still.medium.object_to_world = translation(velocity * time);
       return picture(still, false);
     });

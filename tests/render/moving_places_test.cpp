@@ -217,12 +217,12 @@ TEST(MovingPlaces, LookStillAtEachTime) {
       const MovingMap object = maps()[(3 * i + 2) % maps().size()];
       expect_still_looks(
           {place_of(maps()[i], object), place_of(shifted({60, 0, 0}, {60, 20, 0}), object)}, shell,
-          40);
+          proof::samples(40));
     }
   }
 }
 
-TEST(MovingPlaces, LookStillInACrowd) { expect_still_looks(crowd(), false, 40); }
+TEST(MovingPlaces, LookStillInACrowd) { expect_still_looks(crowd(), false, proof::samples(40)); }
 
 /// Guiding reckons with the middle of the shutter.
 TEST(MovingPlaces, StandInTheMiddleOfTheShutterForEstimates) {

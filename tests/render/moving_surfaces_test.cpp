@@ -173,7 +173,7 @@ TEST(MovingSurfaces, AmongCloudsAreTheMeanOfPicturesOverTheShutter) {
   const Film sum = over_shutter(s.camera.shutter, 32, [&](double time, std::uint64_t seed) {
     CloudScene still = s;
     still.surfaces = {s.surfaces[0], still_at(ball, time), still_at(mesh, time)};
-    still.options.samples = 64, still.options.seed = seed;
+    still.options.samples = proof::samples(64u), still.options.seed = seed;
     return render(v, still).film;
   });
   compare(blurred, sum, "swinging", family);

@@ -159,7 +159,7 @@ TEST(PixelImportance, MakesLessNoiseBesideTheBrightnessOfPixels) {
   s.options.samples = 64;
   s.options.count = true;
   const Prepared plain(s, false), by_pixels(s, true);
-  s.options.samples = 512;
+  s.options.samples = proof::samples(512u);
   s.options.seed = 9;
   const Film reference = Prepared(s, true).render().film;
   const auto cost = [&](const Prepared& p) {

@@ -27,7 +27,7 @@ constexpr double kMeanCosines[] = {0, 0.5, 0.877, -0.4};
 
 /// Of each combination; closed forms take long.
 int paths_of(Tracker tracker) {
-  return proof::samples(tracker == Tracker::regular ? 2'000 : 5'000, 2);
+  return proof::samples(tracker == Tracker::regular ? 2'000 : 5'000);
 }
 
 /// Each cosine twice, as view and as incidence. With 48 streams fluxes are still right to 1e-7.

@@ -254,7 +254,7 @@ TEST(SurfacePicture, GroundByTheLightOfAFire) {
         if (visibility == Visibility::shadow_catcher)
           p.scene.lights = {Sun{{1, 2, 1}, Rgb(2.0f), 0}};
         p.scene.options.line_emission = LineEmission::on;
-        p.scene.options.samples = 100'000;
+        p.scene.options.samples = proof::samples(100'000u);
         p.scene.options.aovs.add(Aov::lights);
         const RenderResult r = p.result();
         const PixelSums& sums = r.film.pixels.front();

@@ -36,10 +36,10 @@ std::shared_ptr<const AlbedoField> stripes() {
   }));
 }
 
-std::vector<Shot> shots() {
+std::vector<Shot> shots(GuideUse first = GuideUse::on) {
   std::vector<Shot> all;
   const auto add = [&](const std::string& name, const auto& change, const auto& fill) {
-    for (const GuideUse guide : {GuideUse::on, GuideUse::off}) {
+    for (const GuideUse guide : guides_in_turn(all.size(), first)) {
       CloudScene s = sunny();
       s.options.guide = guide;
       change(s);
@@ -118,7 +118,9 @@ std::vector<Shot> shots() {
 TEST(WavefrontLights, HaveTheMeansOfFlightsOneByOne) {
   expect_means_of_flights_one_by_one(shots(), 400);
 }
-TEST(WavefrontLights, OfEveryWidthGiveTheSameBytes) { expect_same_at_every_width(shots()); }
+TEST(WavefrontLights, OfEveryWidthGiveTheSameBytes) {
+  expect_same_at_every_width(shots(GuideUse::off));
+}
 TEST(WavefrontLights, CompanyChangesNoBit) { expect_same_in_any_company(shots()); }
 
 /// Layers of lights add up to the picture, whichever way their light came.

@@ -16,6 +16,7 @@
 #include "support/pictures.h"
 #include "support/simd_kernels.h"
 #include "support/traced_picture.h"
+#include "support/wavefront_shots.h"
 
 namespace pvol::test {
 namespace wavefront_test {
@@ -120,19 +121,20 @@ std::vector<Case> further_cases() {
   return all;
 }
 
-/// Every case, guided where it can be and plain.
+/// Every case, guided where it can be and plain, in turns that begin with `first`.
 template <class Visit>
-void visit_scenes(const Visit& visit, std::vector<Case> further = {}) {
+void visit_scenes(GuideUse first, const Visit& visit, std::vector<Case> further = {}) {
   std::vector<Case> all = cases();
   for (Case& c : more_cases()) all.push_back(std::move(c));
   for (Case& c : further) all.push_back(std::move(c));
+  std::size_t number = 0;
   for (const Case& c : all) {
-    for (const GuideUse guide : {GuideUse::on, GuideUse::off}) {
-      if (guide == GuideUse::on && c.scene.options.max_bounces) continue;  // not together
-      Case scene = c;
-      scene.scene.options.guide = guide;
-      scene.name += guide == GuideUse::on ? ", guided" : ", plain";
-      visit(scene.name, scene.scene);
+    std::vector<GuideUse> guides = guides_in_turn(number++, first);
+    if (c.scene.options.max_bounces) guides = {GuideUse::off};  // not together
+    for (const GuideUse guide : guides) {
+      CloudScene scene = c.scene;
+      scene.options.guide = guide;
+      visit(name_of(c.name, guide), scene);
     }
   }
 }
@@ -147,7 +149,7 @@ TEST(WavefrontKernels, HaveTheMeansOfFlightsOneByOne) {
   if (kernels.empty()) GTEST_SKIP() << "the machine has no SIMD kernel";
   proof::Family family;
   proof::Moments deviations;
-  visit_scenes([&](const std::string& name, CloudScene s) {
+  visit_scenes(GuideUse::on, [&](const std::string& name, CloudScene s) {
     s.options.samples = proof::samples(300);
     const Volume v = volume_of(s);
     const Film scalar = render_with(KernelKind::scalar, v, s);
@@ -196,6 +198,7 @@ TEST(WavefrontKernels, OfEveryWidthGiveTheSameBytes) {
   const std::vector<KernelKind> kernels = fusing_kernels();
   if (kernels.size() < 2) GTEST_SKIP() << "the machine has one SIMD kernel at most";
   visit_scenes(
+      GuideUse::off,
       [&](const std::string& name, CloudScene s) {
         s.options.samples = 5;
         const Volume v = volume_of(s);
@@ -213,7 +216,7 @@ TEST(WavefrontKernels, OfEveryWidthGiveTheSameBytes) {
 /// and crops.
 TEST(WavefrontKernels, CompanyChangesNoBit) {
   for (const KernelKind kernel : kernels_to_try()) {
-    visit_scenes([&](const std::string& name, CloudScene s) {
+    visit_scenes(GuideUse::on, [&](const std::string& name, CloudScene s) {
       s.options.samples = 20;
       const Volume v = volume_of(s);
       const Film whole = render_with(kernel, v, s);
@@ -256,7 +259,7 @@ TEST(WavefrontKernels, CountWhatFlightsOneByOneCount) {
       CloudScene s = sunny();
       s.options.count = true;
       s.options.guide = guide;
-      s.options.samples = 400;
+      s.options.samples = proof::samples(400);
       s.options.transmittance = Transmittance::analog;
       s.options.micro_bounds = MicroBoundsUse::edge_2;
       const Volume v = volume_of(s);

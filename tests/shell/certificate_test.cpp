@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "pvol/shell/ray_shell.h"
+#include "support/effort.h"
 #include "support/shell_samples.h"
 
 namespace pvol {
@@ -110,7 +111,7 @@ Sampled least_slack(const Shell& shell, const std::vector<Vec3l>& cells) {
 
 TEST(Certificate, BoundIsBelowBruteForceAndCloseToIt) {
   constexpr CertifyOptions kOptions{1e-6, -12};
-  for (std::uint64_t n = 0; n < 300; ++n) {
+  for (std::uint64_t n = 0; n < proof::samples(300u, 3u); ++n) {
     Draw draw(1, n);
     const std::vector<Vec3l> cells = any_cells(draw);
     const Support support = make_support(cells);

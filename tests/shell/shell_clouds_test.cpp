@@ -22,6 +22,7 @@ struct Case {
   std::string file, grid;
   ShellKind kind = ShellKind::hard;
   double volume_ratio = 0;  ///< at most, with 16 perturbations
+  double ratio_of_few = 0;  ///< with 6, as each commit fits one shell
 };
 
 class ShellOfCloud : public testing::TestWithParam<Case> {};
@@ -107,13 +108,13 @@ std::uint64_t count_lost_lines(const Shell& shell, const Support& support, std::
 TEST_P(ShellOfCloud, IsTightAndLosesNothing) {
   const std::filesystem::path file = std::filesystem::path(PVOL_SHARED_DATA) / GetParam().file;
   if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there";
-  const bool every_time =
-      GetParam().file == "wdas_cloud_sixteenth.vdb" && GetParam().kind == ShellKind::hard;
+  const bool every_time = GetParam().ratio_of_few > 0;
   if (!proof::runs_all() && !every_time) GTEST_SKIP() << "tests/nightly fits the other shells";
   const formats::LoadedGrid loaded = formats::load_grid(file, {GetParam().grid, false});
   const Support support = make_support(loaded.grid, build_pyramid(loaded.grid));
-  const Shell shell = fit_shell(support, {GetParam().kind, 16});
-  EXPECT_LE(shell.tightness.volume_ratio, GetParam().volume_ratio);
+  const bool few = !proof::runs_all();
+  const Shell shell = fit_shell(support, {GetParam().kind, few ? 6 : 16});
+  EXPECT_LE(shell.tightness.volume_ratio, few ? GetParam().ratio_of_few : GetParam().volume_ratio);
   EXPECT_GE(shell.tightness.volume_ratio, 1);
   EXPECT_LT(shell.tightness.hit_ratio, 1.25);
   EXPECT_EQ(count_lost_points(shell, support), 0u);
@@ -123,7 +124,7 @@ TEST_P(ShellOfCloud, IsTightAndLosesNothing) {
 INSTANTIATE_TEST_SUITE_P(
     Clouds, ShellOfCloud,
     testing::Values(Case{"synthetic_cumulus.vdb", "density", ShellKind::hard, 1.50},
-                    Case{"wdas_cloud_sixteenth.vdb", "density", ShellKind::hard, 1.52},
+                    Case{"wdas_cloud_sixteenth.vdb", "density", ShellKind::hard, 1.52, 1.69},
                     Case{"wdas_cloud_sixteenth.vdb", "density", ShellKind::soft, 1.53},
                     Case{"embergen_fire_a_75.vdb", "flames", ShellKind::hard, 2.42},
                     Case{"smoke1.vdb", "density", ShellKind::hard, 1.34}),

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <string_view>
@@ -27,6 +28,12 @@ inline constexpr const char* kSeedVariable = "PVOL_TEST_SEED";
 template <std::integral T>
 [[nodiscard]] T samples(T all, T parts = 4) {
   return runs_all() ? all : T((all + parts - 1) / parts);
+}
+
+/// Whether the input of this number, of many that are alike, has its turn: every `of`-th on each
+/// commit, all in tests/nightly.
+[[nodiscard]] inline bool has_turn(std::size_t number, std::size_t of = 2) {
+  return runs_all() || number % of == 0;
 }
 
 /// The seed to use where a statistical test names `seed`: that one, or in a run with new random

@@ -6,14 +6,37 @@
 namespace pvol::test {
 namespace {
 
+/// Whether lattice points first ... last of each axis meet those of the field, and whether they are
+/// all among them.
+struct Overlap {
+  bool any = true, all = true;
+
+  Overlap(const Field& field, Vec3i first, Vec3i last) {
+    const Vec3i end = field.origin + field.size;
+    for (int axis = 0; axis < 3; ++axis) {
+      any = any && last[axis] >= field.origin[axis] && first[axis] < end[axis];
+      all = all && first[axis] >= field.origin[axis] && last[axis] < end[axis];
+    }
+  }
+};
+
 /// The trilinear polynomial of a cell, at a point in it or near it.
 double trilinear(const Field& field, Vec3i cell, Vec3d p) {
+  const Overlap overlap(field, cell, cell + Vec3i(1));
+  if (!overlap.any) return 0;
   const Vec3d f = p - Vec3d(cell);
+  const Vec3i at = cell - field.origin;
+  const auto ny = std::size_t(field.size.y), nz = std::size_t(field.size.z);
+  const auto value = [&](Vec3i c) {
+    if (!overlap.all) return field.at(cell + c);
+    return field.samples[(std::size_t(at.x + c.x) * ny + std::size_t(at.y + c.y)) * nz +
+                         std::size_t(at.z + c.z)];
+  };
   double sum = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const Vec3i c(corner & 1, corner >> 1 & 1, corner >> 2);
     const double weight = (c.x ? f.x : 1 - f.x) * (c.y ? f.y : 1 - f.y) * (c.z ? f.z : 1 - f.z);
-    sum += weight * double(field.at(cell + c));
+    sum += weight * double(value(c));
   }
   return sum;
 }
@@ -27,13 +50,18 @@ double cubic_kernel(double x) {
 
 /// The tricubic polynomial of a cell, at a point in it.
 double tricubic(const Field& field, Vec3i cell, Vec3d p) {
+  if (!Overlap(field, cell - Vec3i(1), cell + Vec3i(2)).any) return 0;
+  double kernel[3][4];  // by axis
+  for (int i = 0; i < 4; ++i) {
+    const Vec3d d = p - Vec3d(cell + Vec3i(i - 1));
+    for (int axis = 0; axis < 3; ++axis) kernel[axis][i] = cubic_kernel(d[axis]);
+  }
   double sum = 0;
-  for (int i = -1; i <= 2; ++i) {
-    for (int j = -1; j <= 2; ++j) {
-      for (int k = -1; k <= 2; ++k) {
-        const Vec3i at = cell + Vec3i(i, j, k);
-        const Vec3d d = p - Vec3d(at);
-        sum += cubic_kernel(d.x) * cubic_kernel(d.y) * cubic_kernel(d.z) * double(field.at(at));
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 4; ++j) {
+      for (int k = 0; k < 4; ++k) {
+        sum += kernel[0][i] * kernel[1][j] * kernel[2][k] *
+               double(field.at(cell + Vec3i(i - 1, j - 1, k - 1)));
       }
     }
   }

@@ -1,10 +1,12 @@
 #include "support/reference_tracer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <utility>
 #include <variant>
@@ -40,13 +42,18 @@ struct Local {
     double scattering;
   };
   double extinction = 0, emission = 0;  ///< both per world unit
-  std::vector<Lobe> lobes{};
 
+  void add(const Lobe& lobe) { lobes_.at(count_++) = lobe; }
+  [[nodiscard]] std::span<const Lobe> lobes() const { return {lobes_.data(), count_}; }
   [[nodiscard]] double scattering() const {
     double sum = 0;
-    for (const Lobe& l : lobes) sum += l.scattering;
+    for (const Lobe& l : lobes()) sum += l.scattering;
     return sum;
   }
+
+ private:
+  std::array<Lobe, 16> lobes_;  // one is made at each tentative collision: without an allocation
+  std::size_t count_ = 0;
 };
 
 /// All volumes at one time, in one channel.
@@ -68,6 +75,14 @@ class Media {
   [[nodiscard]] double majorant() const { return majorant_; }
   [[nodiscard]] const Box& box() const { return box_; }
 
+  [[nodiscard]] double extinction_at(Vec3d world) const {
+    double sum = 0;
+    for (const Placed& p : all_) {
+      sum += extinction(*p.volume, moved(*p.volume, p.to_object.point(world)));
+    }
+    return sum;
+  }
+
   [[nodiscard]] Local at(Vec3d world) const {
     Local sum;
     for (const Placed& p : all_) {
@@ -77,14 +92,13 @@ class Media {
         sum.emission += v.fire->intensity * double(v.fire->color[channel_]) *
                         density_at(*v.fire->field, LookUp::trilinear, source);
       }
-      const double mu = v.medium.extinction * double(v.medium.extinction_color[channel_]) *
-                        mapped(v, density_at(*v.field, look_up_, source));
+      const double mu = extinction(v, source);
       if (mu == 0) continue;
       sum.extinction += mu;
       const double color = v.albedo ? v.albedo(source)[channel_] : 1;
       for (const Component& c : v.medium.components) {
         const double albedo = color * double(c.albedo[channel_]);
-        sum.lobes.push_back({&c.phase, mu * c.share * albedo});
+        sum.add({&c.phase, mu * c.share * albedo});
         sum.emission += mu * c.share * (1 - albedo) * double(c.emission[channel_]);
       }
     }
@@ -101,6 +115,10 @@ class Media {
   Box box_{Vec3d(kNowhere), Vec3d(-kNowhere)};
   double majorant_ = 0;
 
+  [[nodiscard]] double extinction(const ReferenceVolume& v, Vec3d source) const {
+    return v.medium.extinction * double(v.medium.extinction_color[channel_]) *
+           mapped(v, density_at(*v.field, look_up_, source));
+  }
   [[nodiscard]] static double mapped(const ReferenceVolume& v, double density) {
     double y = v.map.scale * density + v.map.offset;
     if (v.map.clamp) y = std::clamp(y, (*v.map.clamp)[0], (*v.map.clamp)[1]);
@@ -464,24 +482,25 @@ class Tracer {
     return {seen / all[c_], double(luminance(own)) / double(luminance(Rgb(Vec3f(all))))};
   }
 
-  /// f(t, medium) at tentative collisions before `end` until it returns false.
+  /// f(t, place) at tentative collisions before `end` until it returns false.
   template <class F>
   void tentative_collisions(const Ray& ray, double end, const F& f) {
     const auto span = intersect(medium_.box(), ray, 0, std::min(end, 1e9));
     if (!span) return;
     for (double t = span->t0;;) {
       t += double(to_exponential(rng_.block().lo)) / medium_.majorant();
-      if (t >= span->t1 || !f(t, medium_.at(ray.at(t)))) return;
+      if (t >= span->t1 || !f(t, ray.at(t))) return;
     }
   }
 
   /// Adds what is emitted on the way before `shade`.
   std::optional<Collision> fly(const Ray& ray, double end, double shade, double& emitted) {
     std::optional<Collision> found;
-    tentative_collisions(ray, end, [&](double t, Local medium) {
+    tentative_collisions(ray, end, [&](double t, Vec3d place) {
+      const Local medium = medium_.at(place);
       if (t < shade) emitted += medium.emission / medium_.majorant();
       if (double(rng_.uniform()) * medium_.majorant() >= medium.extinction) return true;
-      found = {t, std::move(medium)};
+      found = {t, medium};
       return false;
     });
     return found;
@@ -490,8 +509,8 @@ class Tracer {
   double transmittance(const Ray& ray, double end) {
     if (nearest(surfaces_, ray, &Material::visible_shadow).t < end) return 0;
     double passed = 1;
-    tentative_collisions(ray, end, [&](double, const Local& medium) {
-      passed *= 1 - medium.extinction / medium_.majorant();
+    tentative_collisions(ray, end, [&](double, Vec3d place) {
+      passed *= 1 - medium_.extinction_at(place) / medium_.majorant();
       return passed > 0;
     });
     return passed;
@@ -531,7 +550,7 @@ class Tracer {
   double lit(const Local& medium, Vec3d from, Vec3d place) {
     return lit_by_lights(place, [&](Vec3d to) {
       double sum = 0;
-      for (const Local::Lobe& l : medium.lobes) {
+      for (const Local::Lobe& l : medium.lobes()) {
         sum += l.scattering * double(pdf_phase(*l.phase, Vec3f(from), Vec3f(to)));
       }
       return sum / medium.scattering();
@@ -543,8 +562,8 @@ class Tracer {
 
   Vec3d scatter(const Local& medium, Vec3d from) {
     double left = double(rng_.uniform()) * medium.scattering();
-    const PhaseFunction* phase = medium.lobes.back().phase;
-    for (const Local::Lobe& l : medium.lobes) {
+    const PhaseFunction* phase = medium.lobes().back().phase;
+    for (const Local::Lobe& l : medium.lobes()) {
       if (left < l.scattering) {
         phase = l.phase;
         break;

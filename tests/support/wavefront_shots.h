@@ -26,6 +26,15 @@ struct Shot {
   return shot + (guide == GuideUse::on ? ", guided" : ", plain");
 }
 
+/// How to guide the next scene of a list: both ways, and on each commit one of them, which the
+/// scenes take in turns. Tests that begin with the other way render on a commit what the rest of
+/// them do not.
+[[nodiscard]] inline std::vector<GuideUse> guides_in_turn(std::size_t number, GuideUse first) {
+  const GuideUse other = first == GuideUse::on ? GuideUse::off : GuideUse::on;
+  if (proof::runs_all()) return {GuideUse::on, GuideUse::off};
+  return {number % 2 == 0 ? first : other};
+}
+
 [[nodiscard]] inline Film render_with(KernelKind kernel, const Shot& shot, CloudScene s) {
   s.options.kernel = kernel;
   return render(shot.volumes, s).film;

@@ -8,6 +8,7 @@
 #include <random>
 #include <tuple>
 
+#include "support/effort.h"
 #include "support/messages.h"
 
 namespace pvol::cli {
@@ -71,7 +72,7 @@ std::optional<FilmPiece> cut(FilmPiece& p, std::mt19937& random) {
 TEST(Coverage, OfRandomCutsIsWhole) {
   std::mt19937 random(1);
   const FilmPiece whole = piece(40, 250, 30, 12, 5, 17);
-  for (int trial = 0; trial < 300; ++trial) {
+  for (int trial = 0; trial < proof::samples(300); ++trial) {
     std::vector<FilmPiece> pieces{whole};
     for (int k = 0; k < trial % 20; ++k) {
       if (const auto rest = cut(pieces[random() % pieces.size()], random)) pieces.push_back(*rest);

@@ -83,14 +83,14 @@ PathCounts follow(const Volume& v, const Field& field, Rng& rng) {
 template <Tracker kTracker>
 void test_equilibrium(const Volume& v, double density_sum, const std::string& name,
                       proof::Family& family) {
-  constexpr int kPaths = 50'000;
+  const int paths = proof::samples(50'000);
   const BoundIntegrals bounds = integrate_bounds(v.density.octree);
   const double mass = double(v.density.scale) * density_sum;
   const double lookups = kTracker == Tracker::decomposition ? bounds.hi - bounds.lo : bounds.hi;
   const Vec3d e = v.density.octree.support().extent();
   const double surface = 2 * (e.x * e.y + e.y * e.z + e.z * e.x);
   proof::Moments excess, collisions;
-  for (int i = 0; i < kPaths; ++i) {
+  for (int i = 0; i < paths; ++i) {
     Rng rng(kSeed, std::uint64_t(v.density.octree.depth) * 3 + std::uint64_t(kTracker),
             std::uint64_t(i));
     const PathCounts c = follow<kTracker>(v, exact<LookUp::trilinear>(v), rng);
@@ -121,11 +121,11 @@ TEST(Equilibrium, CountsAreVolumeIntegralsOfBounds) {
 template <Squeeze kSqueeze>
 void test_squeeze(const Volume& v, double density_sum, const std::string& name,
                   proof::Family& family) {
-  constexpr int kPaths = 700'000;
+  const int paths = proof::samples(700'000, 2);
   const auto field = make_field<LookUp::trilinear, kSqueeze>(v.density);
   const double lookups = integrate_open(v) / (double(v.density.scale) * density_sum);
   proof::Moments excess, collisions;
-  for (int i = 0; i < kPaths; ++i) {
+  for (int i = 0; i < paths; ++i) {
     Rng rng(kSeed, std::uint64_t(100 + 4 * int(kSqueeze) + v.density.micro.edge), std::uint64_t(i));
     const PathCounts c = follow<Tracker::decomposition>(v, field, rng);
     excess.add(c.lookups - lookups * c.collisions);
@@ -133,8 +133,9 @@ void test_squeeze(const Volume& v, double density_sum, const std::string& name,
   }
   const double rounding = 1e-5 * lookups * collisions.mean();
   family.add(name, proof::mean_p_value(excess, 0, rounding));
-  // An error of 1.5 % would be found: five standard errors are less. Codes leave few look-ups.
-  const double found = kSqueeze == Squeeze::codes ? 0.06 : 0.015;
+  // An error of 1.5 % would be found, on a commit one of 2 %: five standard errors are less. Codes
+  // leave few look-ups.
+  const double found = (proof::runs_all() ? 0.015 : 0.02) * (kSqueeze == Squeeze::codes ? 4 : 1);
   EXPECT_LT(5 * std::sqrt(excess.variance_of_mean()), found * lookups * collisions.mean()) << name;
 }
 

@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <type_traits>
 
+#include "support/estimators.h"
 #include "support/flights.h"
 #include "support/segment_list.h"
 #include "support/statistics.h"
@@ -30,10 +32,10 @@ struct DefaultControl : MinorantControl {
   explicit DefaultControl(const Aim&) {}
 };
 
-/// Estimates along one ray, added to `m`.
-template <Transmittance kEstimator, class Control = DefaultControl>
+/// Estimates along one ray, added to each of `sums`.
+template <Transmittance kEstimator, class Control = DefaultControl, class... Sums>
 void add_samples(const Volume& v, const Aim& a, Tracker tracker, int rays, std::uint64_t stream,
-                 proof::Moments& m) {
+                 Sums&... sums) {
   constexpr bool kAtMostOne = std::is_same_v<Control, DefaultControl>;
   const auto medium = exact<kTrilinear>(v);
   const Control control(a);
@@ -45,7 +47,7 @@ void add_samples(const Volume& v, const Aim& a, Tracker tracker, int rays, std::
       const float t =
           transmittance<kEstimator, decltype(constant)::value>(walk, medium, rng, none, control);
       EXPECT_TRUE(t >= 0 && (t <= 1 || !kAtMostOne)) << t;
-      m.add(double(t));
+      (sums.add(double(t)), ...);
     }
   });
 }
@@ -71,20 +73,27 @@ double p_value(const proof::Moments& m, double transmittance) {
   return deviation > 0 ? std::min(1.0, expected / deviation) : 1;
 }
 
-/// Each field, ray and optical depth by itself, and all rays of one depth together. `each` and
-/// `pooled` are the rays of one test.
+/// Each field, ray and optical depth by itself, depths in turns on a commit; and all rays of one
+/// depth together, those of each tracker as well. `each` and `pooled` are the rays of one test.
 template <Transmittance kEstimator, class Control = DefaultControl>
 void test_all(const std::vector<Choice>& trackers, int each, int pooled, std::uint64_t stream) {
   proof::Family family, together;
-  proof::Moments all;  // of rays of one optical depth: a bias that each ray hides shows in the sum
+  // Of rays of one optical depth: a bias that each ray hides shows in the sum.
+  proof::Moments all;
+  std::map<Tracker, proof::Moments> of_tracker;
+  std::size_t number = 0;
   for (const Field& f : fields()) {
     for (const Choice& c : trackers) {
+      ++number;
       const Volume v = make_test_volume(f, 1, c.depth, c.tracker);
       for (int ray = 0; ray < kRays; ++ray) {
+        std::size_t turn = number + std::size_t(ray);
         for (const double depth : {1e-12, 1e-3, 0.3, 2.0, 6.0, 20.0}) {
+          ++stream;
+          if (!proof::has_turn(turn++, 3)) continue;
           const Aim a = aim(f, v, kTrilinear, ray, depth);
           proof::Moments m;
-          add_samples<kEstimator, Control>(v, a, c.tracker, each, ++stream, m);
+          add_samples<kEstimator, Control>(v, a, c.tracker, each, stream, m);
           // Above 1, estimates have no law for rare events; deep rays are such.
           if (!std::is_same_v<Control, DefaultControl> && depth > 3) continue;
           family.add(f.name + ", " + c.name + ", ray " + std::to_string(ray) + ", optical depth " +
@@ -93,11 +102,15 @@ void test_all(const std::vector<Choice>& trackers, int each, int pooled, std::ui
         }
         constexpr double kDepth = 1;
         const Aim a = aim(f, v, kTrilinear, ray, kDepth);
-        add_samples<kEstimator, Control>(v, a, c.tracker, pooled, ++stream, all);
+        add_samples<kEstimator, Control>(v, a, c.tracker, proof::samples(pooled), ++stream,
+                                         of_tracker[c.tracker], all);
       }
     }
   }
   together.add("all", p_value(all, std::exp(-1.0)));
+  for (const auto& [tracker, m] : of_tracker) {
+    together.add(label(tracker), p_value(m, std::exp(-1.0)));
+  }
   EXPECT_TRUE(family.passes());
   EXPECT_TRUE(together.passes());
 }

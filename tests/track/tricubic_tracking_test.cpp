@@ -34,7 +34,7 @@ TEST(TricubicTracking, FollowsTheOpticalDepth) {
       const Volume v = make_tricubic(f, depth);
       for (int ray = 0; ray < kRays; ++ray) {
         const Aim a = aim(f, v, kTricubic, ray, kDepth);
-        prove(v.density.octree, a, exact<kTricubic>(v), 2000,
+        prove(v.density.octree, a, exact<kTricubic>(v), proof::samples(2000, 2),
               f.name + ", ray " + std::to_string(ray), stream, family, sums);
       }
     }
@@ -71,15 +71,17 @@ double p_value_with_extinction_times(float factor) {
         return factor * exact<kTricubic>(v).source(s, p);
       }};
       if (!sum) sum.emplace(a.oracle);
-      sum->add(sample_flights<Tracker::delta>(v.density.octree, a, wrong, 60'000, ++stream));
+      sum->add(sample_flights<Tracker::delta>(v.density.octree, a, wrong, proof::samples(60'000),
+                                              ++stream));
     }
   }
   return sum->p_value();
 }
 
+/// On a commit of two, by as many flights as are to find them there.
 TEST(TricubicTracking, TheProofFindsAnErrorOfOnePerCent) {
   EXPECT_GT(p_value_with_extinction_times(1), proof::kFalseAlarmRate);
-  EXPECT_LT(p_value_with_extinction_times(0.99f), 1e-6);
+  EXPECT_LT(p_value_with_extinction_times(proof::runs_all() ? 0.99f : 0.98f), 1e-6);
 }
 
 TEST(TricubicSqueeze, IsBitIdenticalToPlainTracking) {

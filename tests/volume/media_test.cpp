@@ -282,6 +282,7 @@ TEST(Media, BodiesAbsorbAndGlowInTurn) {
         OneRay r = towards_middle(bodies, from);
         r.scene.environment = ConstantSky{Rgb(0.3f, 1.0f, 0.1f)};
         r.scene.options.max_bounces = 0;
+        r.scene.options.samples = proof::samples(20'000u);
         r.scene.options.tracker = tracker;
         r.scene.options.seed = ++number;
         all.add(
@@ -303,7 +304,8 @@ TEST(Media, BodiesThrowShadowsOnEachOther) {
       for (const Vec3d to_sun : {Vec3d(0.1, 1, -0.1), Vec3d(-0.6, -0.5, -0.8)}) {
         OneRay r = towards_middle(bodies, {30, 25, 28});
         r.scene.lights = {Sun{to_sun, Rgb(4.0f), 0}};
-        r.scene.options.samples = transmittance == Transmittance::regular ? 20'000 : 80'000;
+        r.scene.options.samples =
+            proof::samples(transmittance == Transmittance::regular ? 20'000 : 80'000);
         r.scene.options.transmittance = transmittance;
         r.scene.options.seed = ++number;
         all.add(compare(r, "arrangement " + std::to_string(number) + ", " + label(transmittance),

@@ -86,7 +86,7 @@ TEST(Procedural, LookupsAreTheRecipeAndKeepAllBounds) {
     std::vector<std::uint32_t> bricks;
     std::vector<LatticePoint> places;
     std::vector<float> densities;
-    for (int i = 0; i < 60'000; ++i) {
+    for (int i = 0; i < proof::samples(60'000); ++i) {
       const LatticePoint p{random_cell(v, rng), nasty_offsets(rng)};
       const std::uint32_t brick = brick_of(v, p.cell);
       const float rho = density_in_brick(v.density.recipe(), brick, p);
@@ -107,7 +107,7 @@ TEST(Procedural, LookupsAreTheRecipeAndKeepAllBounds) {
     }
     EXPECT_EQ(wrong, 0) << c.name;
     EXPECT_EQ(outside, 0) << c.name;
-    EXPECT_GT(inside, 200) << c.name;
+    EXPECT_GT(inside, proof::samples(200)) << c.name;
     std::vector<float> at_once(places.size(), -1);
     densities_in_bricks(v.density.recipe(), bricks, places, at_once.data());
     EXPECT_EQ(at_once, densities) << c.name;
@@ -262,9 +262,11 @@ double p_value_with_extinction_times(float factor, int flights) {
   return sum->p_value();
 }
 
+/// On a commit of two, by as many flights as are to find them there.
 TEST(ProceduralTracking, TheProofFindsAnErrorOfOnePerCent) {
   EXPECT_GT(p_value_with_extinction_times(1, 30'000), proof::kFalseAlarmRate);
-  EXPECT_LT(p_value_with_extinction_times(0.99f, 120'000), 1e-6);
+  const float wrong = proof::runs_all() ? 0.99f : 0.98f;
+  EXPECT_LT(p_value_with_extinction_times(wrong, proof::samples(120'000)), 1e-6);
 }
 
 TEST(ProceduralSqueeze, IsBitIdenticalToPlainTracking) {
@@ -292,8 +294,10 @@ TEST(ProceduralSqueeze, IsBitIdenticalToPlainTracking) {
 }
 
 TEST(ProceduralSqueeze, LeavesEveryImageAsItIs) {
+  std::size_t turn = 0;
   for (const Cloud& c : clouds()) {
     for (const Tracker tracker : {Tracker::delta_global, Tracker::delta, Tracker::decomposition}) {
+      if (!proof::has_turn(turn++)) continue;
       CloudScene s = scene_for(c, tracker);
       std::optional<Film> first;
       for (const auto micro :

@@ -30,7 +30,7 @@ CloudScene scene_of(Tracker tracker, std::uint64_t seed) {
   s.options.tracker = tracker;
   s.options.transmittance = Transmittance::ratio;
   s.options.width = s.options.height = 16;
-  s.options.samples = 1024;
+  s.options.samples = proof::samples(1024u);
   s.options.seed = seed;
   return s;
 }
