@@ -80,7 +80,8 @@ RenderPlan plain_plan(const RenderPlan& plan) {
 }
 
 void follow_paths(const PathSetup& setup, int paths, CameraProbe& probe,
-                  const std::function<void(const Film&, std::size_t)>& visit) {
+                  const std::function<void(const Film&, std::size_t)>& visit,
+                  const std::function<bool()>& enough) {
   constexpr int kPathsAtOnce = 64;
   const PathSetup small = setup.in_small(kRaysAlong * kRaysAlong);
   TileRenderer tiles(small);
@@ -101,6 +102,7 @@ void follow_paths(const PathSetup& setup, int paths, CameraProbe& probe,
         visit(film, pixel);
       }
     }
+    if (enough()) return;
   }
 }
 

@@ -38,9 +38,11 @@ inline constexpr std::uint32_t kMostProbed = 256;
 
 /// Follows so many paths of a setup for a plan that plain_plan made, and those that complete a
 /// small picture, up to about a million steps; adds what they meet to the probe; visit(film, pixel)
-/// after each. Each has a pixel of its own, which all pass in turn.
+/// after each. Each has a pixel of its own, which all pass in turn. Fewer where enough() says so
+/// after some small picture.
 void follow_paths(const PathSetup& setup, int paths, CameraProbe& probe,
-                  const std::function<void(const Film&, std::size_t pixel)>& visit);
+                  const std::function<void(const Film&, std::size_t pixel)>& visit,
+                  const std::function<bool()>& enough = [] { return false; });
 
 /// Needs the kernel of the plan. Its own work is bounded by about a million steps of flights, and
 /// by some paths beyond them. Deterministic.

@@ -15,7 +15,7 @@ namespace pvol::detail {
 [[nodiscard]] double nanoseconds(const Tally& t, std::uint64_t flights);
 
 /// Nanoseconds of the density with which fires are sampled as lights in one direction.
-inline constexpr double kDirectionsPdf = 400;
+inline constexpr double kDirectionsPdf = 200;
 
 /// Of that, what kernels take for the same paths.
 [[nodiscard]] double share_of_time(KernelKind kernel);

@@ -17,7 +17,7 @@ namespace pvol::detail::HWY_NAMESPACE {
 /// The optical depth of a ray of the world up to a distance through a source's field, `s` being the
 /// scene of its volume.
 [[nodiscard]] inline float depth_along(const WavefrontScene& s, const EmissionSource& source,
-                                       const Ray& world, double distance, float time, int points,
+                                       const Ray& world, double distance, float time, int fewer,
                                        Rng& rng) {
   const VolumeField& field = *source.field;
   const Affine to_first = source.to_first_at(time);
@@ -28,8 +28,12 @@ namespace pvol::detail::HWY_NAMESPACE {
   const double length = span->t1 - span->t0;
   const Line line{Vec3f(from + step * span->t0 + Vec3d(DenseBounds::kBorder)), Vec3f(step * length),
                   float(length)};
-  return optical_depth(s.field, line, {points, source.least}, rng);
+  return optical_depth(s.field, line, {fewer_points(source.points, fewer), source.least}, rng);
 }
+
+/// Of a path that was scattered the direction is what its light varies by: its lines have so many
+/// times fewer points than those of the camera's rays (tests/bench/RESULTS.md, "Fires").
+inline constexpr int kFewerWhereScattered = 4;
 
 /// What emission_of asks of `along`, through the volumes of scenes, by number.
 struct Along {
@@ -44,11 +48,10 @@ struct Along {
     lines.tree.visit(ray, distance, [&](std::uint32_t i, double limit) {
       const EmissionSource& source = lines.sources[i];
       const WavefrontScene& s = scenes[source.volume];
-      const int points = std::max(source.points / fewer, 1);
       if (source.is_even_medium() && has_lines(s.field, *source.field)) {
-        sum += source.of_depth * depth_along(s, source, ray, distance, time, points, rng);
+        sum += source.of_depth * depth_along(s, source, ray, distance, time, fewer, rng);
       } else {
-        sum += integrate(source, ray, distance, time, u, points);
+        sum += integrate(source, ray, distance, time, u, fewer);
       }
       return limit;
     });

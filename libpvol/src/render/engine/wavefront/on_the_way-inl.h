@@ -33,9 +33,11 @@ inline void add_on_the_way(const WavefrontScene& s, WavefrontMemory& m, const Re
   const FlightLine flight = flight_of(s, q, at, left);
   Rng rng(q.bits(kRng0)[at], q.bits(kRng1)[at], kOnTheWay);
   const std::uint32_t id = q.bits(kId)[at];
+  const float pdf = q[kPdf][at];  // 0: of a camera ray
+  const Along along{{&s, 1}, rng, pdf > 0 ? kFewerWhereScattered : 1};
   m.slots.add(slot_of(id), number_of(id), [&](PathResult& r) {
     detail::add_on_the_way(
-        s.setup, flight, [&] { return q[kPdf][at]; }, weight, Along{{&s, 1}, rng}, r);
+        s.setup, flight, [&] { return pdf; }, weight, along, r);
   });
 }
 
@@ -101,8 +103,8 @@ inline void end_fire_ray(const WavefrontScene& s, WavefrontMemory& m, const Reco
                          std::size_t at, bool left) {
   const FlightLine flight = flight_of(s, q, at, left);
   Rng rng(q.bits(kRng0)[at], q.bits(kRng1)[at], kOnTheWay);
-  const Rgb light =
-      emission_of(s.setup, flight, Along{{&s, 1}, rng}) * weight_at<ComponentKind>(q, at);
+  const Rgb light = emission_of(s.setup, flight, Along{{&s, 1}, rng, kFewerWhereScattered}) *
+                    weight_at<ComponentKind>(q, at);
   add_fire(s.setup, m, q, at, light);
 }
 

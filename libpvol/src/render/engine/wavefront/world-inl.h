@@ -155,9 +155,10 @@ void add_line(const World& w, const WorldRay& r, const Waiting& of) {
     const bool sampled =
         r.off_surface ? s.emission->sampled_on_surfaces : s.emission->sampled_in_volumes;
     Rng rng = of.stream(kOnTheWay);
+    const Along along{w.scenes, rng, scattered ? kFewerWhereScattered : 1};
     w.m.slots.add(slot_of(id), number_of(id), [&](PathResult& to) {
       const auto pdf_of_fires = [&] { return sampled ? pdf() : 0.0f; };
-      add_along(s, line, pdf_of_fires, weight, Along{w.scenes, rng}, to);
+      add_along(s, line, pdf_of_fires, weight, along, to);
     });
   }
   if (!s.light.met_on_flights || (!scattered && s.depths != nullptr)) return;
@@ -246,7 +247,8 @@ void finish_ray(const World& w, std::uint32_t number, const Waiting& of) {
   if (r.kind == RayKind::to_fire) {
     Rng rng = of.stream(kOnTheWay);
     add_fire(w.setup, m, of.q, of.at,
-             emission_of(w.setup, line_of(w, r, of.q, of.at), Along{w.scenes, rng}) *
+             emission_of(w.setup, line_of(w, r, of.q, of.at),
+                         Along{w.scenes, rng, kFewerWhereScattered}) *
                  weight_at<ComponentKind>(of.q, of.at));
     return m.rays.remove(number);
   }

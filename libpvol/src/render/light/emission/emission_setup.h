@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "pvol/render/scene.h"
-#include "render/light/emission/power_tree.h"
+#include "render/light/emission/emission_lights.h"
 #include "render/scene/box_tree.h"
 
 namespace pvol::detail {

@@ -37,18 +37,19 @@ EmissionSource source_of(const Volume& v) {
 
 template <class Value>
 Rgb integrate(const EmissionSource& source, const Value& value, const Ray& ray, const Ray& cells,
-              Span span, float time, float u, int points) {
+              Span span, float time, float u, int fewer) {
   constexpr float kGolden = 0.618034f;  // steps by it spread over [0, 1) evenly
   const Octree& tree = source.lines();
   Walk walk(tree, make_cursor(tree, cells.at(span.t0)), widen(Vec3f(cells.d)), span.t1 - span.t0);
-  const double pieces = length(cells.d) * points / kStride;
+  const double pieces = length(cells.d) * fewer_points(source.points, fewer) / kStride;
+  const int least = fewer_points(source.least, fewer);
   const bool colored = source.albedo != nullptr || (source.fire && source.fire->color_by);
   const bool colors_move = colored && source.field->motion != nullptr;
   const Affine to_world = colors_move ? inverse(source.field->world_to_cells) : Affine{};
   Rgb sum(0.0f);
   while (const auto s = walk.next()) {
     const double length = s->t1 - s->t0;
-    const int count = std::max(source.least, int(std::ceil(std::min(length * pieces, 1e6))));
+    const int count = std::max(least, int(std::ceil(std::min(length * pieces, 1e6))));
     const double piece = length / count;
     for (int k = 0; k < count; ++k) {
       const double t = s->t0 + (k + double(u)) * piece;
@@ -144,7 +145,7 @@ std::vector<EmissionSource> depth_sources(std::span<const Volume> volumes) {
 }
 
 Rgb integrate(const EmissionSource& source, const Ray& world, double distance, float time, float u,
-              int points) {
+              int fewer) {
   const VolumeField& f = *source.field;
   const Affine to_first = source.to_first_at(time);
   const Ray ray{to_first.point(world.o), to_first.vector(world.d)};
@@ -152,7 +153,7 @@ Rgb integrate(const EmissionSource& source, const Ray& world, double distance, f
   const auto span = intersect(source.lines().support(), cells, 0, distance);
   if (!span) return Rgb(0.0f);
   return visit_source_at(f, time, [&](const auto& value) {
-    return integrate(source, value, ray, cells, *span, time, u, points);
+    return integrate(source, value, ray, cells, *span, time, u, fewer);
   });
 }
 

@@ -57,6 +57,9 @@ struct EmissionSource {
   }
 };
 
+/// Points of a line that has so many times fewer than others.
+[[nodiscard]] inline int fewer_points(int points, int fewer) { return std::max(points / fewer, 1); }
+
 /// Whether what the medium of the volume emits is gathered along flights, not at collisions.
 [[nodiscard]] bool gathers_along_flights(const Volume& volume, const RenderOptions& options);
 
@@ -70,9 +73,9 @@ struct EmissionSource {
 
 /// The integral of what the source emits along a ray of the world of unit direction, up to a
 /// distance that may be infinite, at a time in frames, by points spread over the segments of its
-/// octree: so many for each kStride cells. With u uniform in [0, 1) right on average,
+/// octree, so many times fewer than the source has. With u uniform in [0, 1) right on average,
 /// exact where emission is the same along each of these pieces (THEORY.md, T5.11).
 [[nodiscard]] Rgb integrate(const EmissionSource& source, const Ray& ray, double distance,
-                            float time, float u, int points);
+                            float time, float u, int fewer);
 
 }  // namespace pvol::detail
