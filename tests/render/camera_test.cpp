@@ -173,7 +173,7 @@ TEST(Lens, RaysOfAPixelMeetWhereItIsSharp) {
     const Ray middle = p.ray(13.2, 4.7);
     const Vec3d sharp = middle.at(distance / dot(middle.d, forward));
     const Vec3d x = normalize(cross(forward, c.up)), y = cross(forward, x);
-    Rng rng(proof::seeded(2), 0, 0);
+    Rng rng(proof::seeded(2), std::uint64_t(focus), 0);
     for (int i = 0; i < 4000; ++i) {
       const auto [u, v] = rng.uniform2();
       const Ray ray = p.ray(13.2, 4.7, u, v);

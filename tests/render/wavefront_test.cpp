@@ -259,7 +259,7 @@ TEST(WavefrontKernels, CountWhatFlightsOneByOneCount) {
       CloudScene s = sunny();
       s.options.count = true;
       s.options.guide = guide;
-      s.options.samples = proof::samples(400);
+      s.options.samples = 400;
       s.options.transmittance = Transmittance::analog;
       s.options.micro_bounds = MicroBoundsUse::edge_2;
       const Volume v = volume_of(s);

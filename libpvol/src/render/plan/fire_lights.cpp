@@ -33,7 +33,7 @@ double noise_without_samples(const RenderPlan& plan) {
     const double without = square + pilot.unsampled - pilot.sampled;
     return without * (all - pdfs - flights) / (square * all);
   };
-  constexpr int kFewest = 1024, kMost = 4096;
+  constexpr int kFewest = 1024, kMost = 2048;
   constexpr double kClear = 2;
   follow_paths(setup, kMost, probe, visit, [&] {
     const double now = ratio();
