@@ -1,6 +1,6 @@
 /* A plugin for QEMU's user mode: counts the instructions that a program executes, and writes their number
-   to a file at its end: -plugin count_instructions.so,to=FILE. Declares what it needs of the interface, which Debian ships without its header:
-   https://www.qemu.org/docs/master/devel/tcg-plugins.html */
+   to a file at its end: -plugin count_instructions.so,to=FILE. Declares what it needs of the interface, which
+   Debian ships without its header: https://www.qemu.org/docs/master/devel/tcg-plugins.html */
 #include <inttypes.h>
 #include <stddef.h>
 #include <stdint.h>

@@ -53,6 +53,7 @@ def main():
     parser.add_argument("program", help="kernel_bench, built for it")
     parser.add_argument("--scene", choices=SCENES, action="append", help="instead of all")
     options = parser.parse_args()
+    emulator = EMULATORS[options.processor]
     kernels = ["scalar", *KERNELS[options.processor]]
     print(f"{'scene':10}" + "".join(f"{k:>10}" for k in kernels) +
           "".join(f"{k + '/scalar':>14}" for k in kernels[1:]) + "    mean luminance")
@@ -60,7 +61,7 @@ def main():
         folder = pathlib.Path(name)
         run(["cc", "-O2", "-shared", "-fPIC", "-o", folder / "count.so", HERE / "count_instructions.c"])
         for scene in options.scene or SCENES:
-            found = [measure(EMULATORS[options.processor], options.program, k, scene, folder) for k in kernels]
+            found = [measure(emulator, options.program, k, scene, folder) for k in kernels]
             counts = [f[0] for f in found]
             print(f"{scene:10}" + "".join(f"{c:10.0f}" for c in counts) +
                   "".join(f"{c / counts[0]:14.3f}" for c in counts[1:]) +

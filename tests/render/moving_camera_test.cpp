@@ -129,7 +129,7 @@ TEST(MovingCamera, EveryPixelOfTheFurnaceIsTheSky) {
       s.medium.albedo = Rgb(1.0f);
       s.environment = ConstantSky{Rgb(1.0f)};
       s.lights.clear();
-      s.options.samples = 8;
+      s.options.samples = 16;
       const Volume v = volume_of(s);
       s.camera = passing({-0.5, 0.5});
       s.camera.kind = kind, s.camera.ortho_scale = 50;

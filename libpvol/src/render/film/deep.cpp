@@ -97,7 +97,7 @@ struct Part {
 std::vector<Part> parts_of(const std::vector<DeepSurface>& surfaces) {
   double sum = 0, above = 0;
   for (const DeepSurface& s : surfaces) sum += s.alpha, above += std::max(s.alpha, 0.0);
-  const double share = sum < above ? std::max(sum, 0.0) / above : 1;
+  const double share = above > 0 ? std::clamp(sum / above, 0.0, 1.0) : 0;
   std::vector<Part> parts;
   for (const DeepSurface& s : surfaces) {
     const double depth = s.depth / s.count;
