@@ -38,8 +38,8 @@ inline constexpr std::uint32_t kMostProbed = 256;
 
 /// Follows so many paths of a setup for a plan that plain_plan made, and those that complete a
 /// small picture, up to about a million steps; adds what they meet to the probe; visit(film, pixel)
-/// after each. Each has a pixel of its own, which all pass in turn. Fewer where enough() says so
-/// after some small picture.
+/// after each. Each has a pixel of its own, which all pass in turn. Fewer where enough() is true
+/// after one of the small pictures.
 void follow_paths(const PathSetup& setup, int paths, CameraProbe& probe,
                   const std::function<void(const Film&, std::size_t pixel)>& visit,
                   const std::function<bool()>& enough = [] { return false; });

@@ -9,8 +9,9 @@
 namespace pvol::detail {
 namespace {
 
-/// How much more noise, at equal time, scattered light would have without samples of fires. Few
-/// paths bring most of it: where they do not decide, more are followed.
+/// How much more noise, at equal time, scattered light would have without samples of fires; not a
+/// number where nothing is scattered. Few paths bring most of it: where they do not decide, more
+/// are followed.
 double noise_without_samples(const RenderPlan& plan) {
   RenderPlan plain = plain_plan(plan);
   plain.scene.options.background = false;  // of no account where light is scattered
@@ -45,7 +46,7 @@ double noise_without_samples(const RenderPlan& plan) {
 }  // namespace
 
 std::shared_ptr<const EmissionSetup> choose_fire_lights(const RenderPlan& plan) {
-  if (!(noise_without_samples(plan) <= 1)) return plan.emission;
+  if (noise_without_samples(plan) > 1) return plan.emission;
   auto without = std::make_shared<EmissionSetup>(*plan.emission);
   without->sampled_in_volumes = false;
   return without;

@@ -1,6 +1,7 @@
 // What is integrated along lines: what fires and thin media emit along flights, and optical depths.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <span>
 #include <vector>
