@@ -21,6 +21,12 @@ std::shared_ptr<const Emitter> fire_of(const Field& field, const Fire& fire,
   return std::make_shared<const Emitter>(make_emitter(fire, {field.grid, pyramid}, nullptr, place));
 }
 
+/// The same fire, of which lanes look up nothing: they have no index of its leaves.
+std::shared_ptr<const Emitter> without_lanes(Emitter e) {
+  e.field.leaves = nullptr;
+  return std::make_shared<const Emitter>(std::move(e));
+}
+
 /// Nothing at all, around which a fire may be.
 Volume emptiness(const CloudScene& scene) { return make_volume(VoxelGrid{}, Pyramid{}, scene); }
 
@@ -45,17 +51,20 @@ CloudScene dark(Vec3d from, Vec3d to) {
 TEST(Fire, AloneIsItsIntegralAlongTheRay) {
   // Across the block: 26 voxels of 1 and half a voxel of each rim.
   const Fire fire{.intensity = 0.5, .color = Rgb(1.0f, 0.25f, 4.0f)};
-  proof::Family family;
-  for (const int points : {1, 8}) {
-    CloudScene s = dark({16, 16, 90}, {16, 16, 16});
-    s.options.emission_points = points;
-    Volume v = emptiness(s);
-    v.fire = fire_of(block(), fire);
-    const Average a = average(render({&v, 1}, s).film);
-    for (int c = 0; c < 3; ++c) {
-      const double expected = 0.5 * double(fire.color[c]) * 27;
-      EXPECT_NEAR(a.mean[c], expected, 5 * std::sqrt(a.variance[c]) + 1e-5 * expected);
-      EXPECT_LT(std::sqrt(a.variance[c]), 2e-3 * expected) << "the points are spread";
+  const std::shared_ptr<const Emitter> in_lanes = fire_of(block(), fire);
+  ASSERT_NE(in_lanes->field.leaves, nullptr);
+  for (const auto& emitter : {in_lanes, without_lanes(*in_lanes)}) {
+    for (const int points : {1, 8}) {
+      CloudScene s = dark({16, 16, 90}, {16, 16, 16});
+      s.options.emission_points = points;
+      Volume v = emptiness(s);
+      v.fire = emitter;
+      const Average a = average(render({&v, 1}, s).film);
+      for (int c = 0; c < 3; ++c) {
+        const double expected = 0.5 * double(fire.color[c]) * 27;
+        EXPECT_NEAR(a.mean[c], expected, 5 * std::sqrt(a.variance[c]) + 1e-5 * expected);
+        EXPECT_LT(std::sqrt(a.variance[c]), 2e-3 * expected) << "the points are spread";
+      }
     }
   }
 }
@@ -250,6 +259,25 @@ TEST(Fire, OfTheDensityIsMatterThatGlows) {
   EXPECT_TRUE(family.passes());
 }
 
+/// Where smoke is cold it may be thin: its leaves are not left to lines, which would bring nothing.
+TEST(Fire, ThatIsColdHereAndThereLeavesNothingToLines) {
+  const Field smoke =
+      make_field("smoke", {0, 0, 0}, {24, 8, 8}, [](Vec3i at) { return at.x < 8 ? 0.001 : 1.0; });
+  const Field heat =
+      make_field("heat", {0, 0, 0}, {24, 8, 8}, [](Vec3i at) { return at.x < 12 ? 0.1 : 0.9; });
+  CloudScene s = cloud_scene();
+  s.options.line_emission = LineEmission::off;
+  Volume v = make_volume(smoke.grid, build_pyramid(smoke.grid), s);
+  const Ramp warm{{{0.5f, 0}, {1, 1}}, false};
+  const Pyramid of_smoke = build_pyramid(smoke.grid), of_heat = build_pyramid(heat.grid);
+  const BoundedGrid color{heat.grid, of_heat};
+  const Fire fire{.intensity = 2, .colors = {{warm, warm, warm}}};
+  v.fire = std::make_shared<const Emitter>(make_emitter(fire, {smoke.grid, of_smoke}, &color, {}));
+  const RenderPlan p = plan({&v, 1}, s.scene());
+  EXPECT_NE(p.emission->at_collisions.front(), nullptr);
+  EXPECT_TRUE(p.emission->lines.sources.empty());
+}
+
 /// A fire of which one part burns in smoke, one in thin air and one in none at all, as a scene of
 /// some kind has it.
 struct PartlySmoking {
@@ -321,6 +349,26 @@ TEST(Fire, IsTheSameAtCollisionsAndAlongFlights) {
     const Film along = picture(LineEmission::on, 21);
     compare(picture(LineEmission::off, 22), along, name + ", at collisions", family);
     compare(picture(LineEmission::automatic, 23), along, name + ", by plan", family);
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+/// Points of lines are looked up in lanes, spread over the whole line, or segment by segment.
+TEST(Fire, IsTheSameInLanesAndSegmentBySegment) {
+  proof::Family family;
+  for (const LineEmission lines : {LineEmission::on, LineEmission::automatic}) {
+    for (const auto& named : partly_smoking()) {
+      PartlySmoking of = named.second;
+      of.scene.options.line_emission = lines;
+      of.scene.options.samples = std::uint32_t(proof::samples(2000, 32));
+      const auto picture = [&](bool in_lanes, std::uint64_t seed) {
+        of.scene.options.seed = proof::seeded(seed);
+        Volume v = of.volume();
+        if (!in_lanes) v.fire = without_lanes(*v.fire);
+        return render({&v, 1}, of.scene).film;
+      };
+      compare(picture(true, 24), picture(false, 25), named.first, family);
+    }
   }
   EXPECT_TRUE(family.passes());
 }

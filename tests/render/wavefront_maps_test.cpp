@@ -1,4 +1,4 @@
-// Maps of densities and albedos in lanes: the pictures of values that are mapped one by one.
+// Maps of densities, albedos and fires in lanes: the pictures of values that are mapped one by one.
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -6,17 +6,27 @@
 #include <vector>
 
 #include "pvol/volume/albedo_field.h"
+#include "pvol/volume/emitter.h"
 #include "pvol/volume/make_volume.h"
+#include "render/light/emission/emission_setup.h"
 #include "support/lit_scenes.h"
 #include "support/wavefront_shots.h"
 
 namespace pvol::test {
 namespace wavefront_maps_test {
 
-/// The same ramp with more points than lanes go along together, all beyond the fields' values.
+/// The same ramp with more points than lanes ask one after the other, all beyond the fields'
+/// values.
 Ramp with_many_points(Ramp ramp) {
   const float last = ramp.points.back().y;
   for (int k = 0; k < 20; ++k) ramp.points.push_back({100.0f + float(k), last});
+  return ramp;
+}
+/// One with as many among these values.
+Ramp of_many_points() {
+  Ramp ramp;
+  for (int k = 0; k < 23; ++k)
+    ramp.points.push_back({0.04f * float(k), 0.2f + 0.13f * float(k % 5)});
   return ramp;
 }
 
@@ -96,6 +106,50 @@ TEST(WavefrontMaps, OfAlbedosGiveTheBitsOfThoseOneByOne) {
         EXPECT_TRUE(same_bytes(film, picture(askew({.map = map, .colors = many})))) << "ramps";
       }
       EXPECT_FALSE(same_bytes(picture(askew({})), picture(askew({.colors = colors}))));
+      const AlbedoField field = askew({.map = {.ramp = of_many_points()}});
+      AlbedoField searched = field;
+      searched.values->leaves = nullptr;
+      EXPECT_TRUE(same_bytes(picture(field), picture(searched))) << "ramps of many points";
+    }
+  }
+}
+
+/// Of the puff's density, which brings light at collisions, in the colours of another field.
+std::shared_ptr<const Emitter> fire_in_the_puff(const Fire& fire) {
+  const Pyramid pyramid = build_pyramid(puff().grid);
+  Emitter e = make_emitter(fire, {puff().grid, pyramid}, nullptr, {});
+  e.color_by = *askew({}).values;
+  return std::make_shared<const Emitter>(std::move(e));
+}
+
+TEST(WavefrontMaps, OfFiresGiveTheBitsOfThoseOneByOne) {
+  const ColorRamp colors{{uneven(), of_many_points(), with_many_points(uneven())}};
+  const std::vector<Fire> fires{
+      {.intensity = 0.3, .color = {1.0f, 0.6f, 0.3f}},
+      {.map = {.power = 2, .ramp = uneven()}, .intensity = 0.7, .colors = colors},
+      {.intensity = 1, .kelvin = 2500, .kelvin_of_intensity = 1800}};
+  std::size_t turn = 0;
+  for (const KernelKind kernel : simd_kernels()) {
+    for (const Fire& fire : fires) {
+      if (!proof::has_turn(turn++)) continue;
+      CloudScene s = sunny();
+      s.options.samples = 8;
+      s.options.line_emission = LineEmission::off;
+      const auto picture = [&](const std::shared_ptr<const Emitter>& emitter) {
+        Volume v = volume_of(s);
+        v.fire = emitter;
+        if (emitter != nullptr) {
+          EXPECT_TRUE(plan({&v, 1}, s.scene()).emission->lines.sources.empty()) << "some on lines";
+        }
+        return render_with(kernel, {"", s, {v}}, s);
+      };
+      Emitter searched = *fire_in_the_puff(fire);
+      ASSERT_NE(searched.color_by->leaves, nullptr);
+      searched.color_by->leaves = nullptr;
+      const Film film = picture(fire_in_the_puff(fire));
+      EXPECT_TRUE(same_bytes(film, picture(std::make_shared<const Emitter>(searched))))
+          << name(kernel) << ' ' << fire.intensity;
+      EXPECT_FALSE(same_bytes(film, picture(nullptr)));
     }
   }
 }

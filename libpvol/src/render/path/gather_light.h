@@ -60,9 +60,9 @@ inline void add_emitted(const PathSetup& s, const LocalMedium& medium, Rgb throu
 struct FlightLine {
   Vec3d from;
   Vec3f direction;
-  double length;         ///< infinite where it left
-  CollisionPlace end{};  ///< where it collided, in scenes with emission
-  float time = 0;        ///< of its path, in frames
+  double length;     ///< infinite where it left
+  Rgb at_end{0.0f};  ///< what a fire brings where it collided (FireAtCollisions)
+  float time = 0;    ///< of its path, in frames
 };
 
 /// Light of a source, or of the sky, which has the number after them, has arrived.
@@ -80,15 +80,9 @@ inline void add_light(const PathSetup& s, std::size_t light, Rgb arrived, PathRe
 template <class Along>
 [[nodiscard]] inline Rgb emission_of(const PathSetup& s, const FlightLine& flight,
                                      const Along& along) {
-  Rgb sum(0.0f);
-  if (!s.emission->lines.sources.empty()) {
-    const Ray ray{flight.from, Vec3d(flight.direction)};
-    sum = along(s.emission->lines, ray, flight.length, flight.time);
-  }
-  if (flight.end.volume != nullptr && flight.end.volume->fire != nullptr) {
-    sum += flight.end.volume->fire->source(flight.end.cells);
-  }
-  return sum;
+  if (s.emission->lines.sources.empty()) return flight.at_end;
+  const Ray ray{flight.from, Vec3d(flight.direction)};
+  return along(s.emission->lines, ray, flight.length, flight.time) + flight.at_end;
 }
 
 /// That of a flight of a path, weighted against samples of fires if these were asked for where the

@@ -70,21 +70,31 @@ struct LinePoints {
   }
 };
 
+/// How many points a line has.
+struct PointCount {
+  int of_leaf;  ///< for each leaf's edge on its way
+  int least;
+};
+
 /// Points spread evenly over a line, one in each of as many parts of it, at the positions u + k phi
 /// modulo 1 within the parts, phi being the golden ratio.
 struct SpreadPoints {
-  const SimdField& f;
-  const Line& line;
   std::uint32_t n;  ///< of them
   std::uint32_t u;  ///< in units of 2^-32
 
-  /// A register of them from number k on.
-  [[nodiscard]] HWY_INLINE LinePoints from(std::uint32_t k) const {
+  SpreadPoints(const Line& line, PointCount points, Rng& rng) {
+    const float pieces = length(line.way) * float(points.of_leaf) / float(kLeafEdge);
+    n = std::uint32_t(std::max(float(points.least), std::ceil(pieces)));
+    u = std::uint32_t(rng.block().lo);
+  }
+
+  /// Where on the way a register of them lie, from number k on, in [0, 1].
+  [[nodiscard]] HWY_INLINE F from(std::uint32_t k) const {
     constexpr std::uint32_t kGolden = 0x9e3779b9;
     const U number = hn::Iota(kU, k);
     const U within = hn::ShiftRight<8>(splat_bits(u) + number * splat_bits(kGolden));
     const F t = hn::MulAdd(to_float(as_int(within)), splat(0x1p-24f), to_float(as_int(number)));
-    return {f, line, t * splat(1 / float(n)), first(n - k)};
+    return t * splat(1 / float(n));
   }
 };
 
@@ -112,25 +122,17 @@ class EvenSum {
   F parts_[kMostLanes / kLanes];
 };
 
-/// How many points a line has.
-struct PointCount {
-  int of_leaf;  ///< for each leaf's edge on its way
-  int least;
-};
-
 /// The integral of mu_t along a line, right on average (THEORY.md, T5.11).
 template <LookUp kLookUp>
 HWY_NOINLINE float optical_depth(const SimdField& f, const Line& line, PointCount points,
                                  Rng& rng) {
-  const float pieces = length(line.way) * float(points.of_leaf) / float(kLeafEdge);
-  const auto n = std::uint32_t(std::max(float(points.least), std::ceil(pieces)));
-  const SpreadPoints all{f, line, n, std::uint32_t(rng.block().lo)};
+  const SpreadPoints all(line, points, rng);
   EvenSum densities;
-  for (std::uint32_t k = 0; k < n; k += kLanes) {
-    const LinePoints p = all.from(k);
+  for (std::uint32_t k = 0; k < all.n; k += kLanes) {
+    const LinePoints p(f, line, all.from(k), first(all.n - k));
     if (!hn::AllFalse(kF, p.solid)) densities.add(k, p.density<kLookUp>(f));
   }
-  return densities.value() * f.scale * line.length / float(n);
+  return densities.value() * f.scale * line.length / float(all.n);
 }
 
 HWY_INLINE float optical_depth(const SimdField& f, const Line& line, PointCount points, Rng& rng) {

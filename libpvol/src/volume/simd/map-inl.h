@@ -31,13 +31,28 @@ HWY_INLINE F in_doubles(const Op& op, Floats... v) {
 /// The same number in each lane of doubles.
 HWY_INLINE auto splat_double(double v) { return hn::Set(hn::RepartitionToWide<DF>(), v); }
 
-/// Whether lanes go along a ramp together: few straight lines.
-HWY_INLINE bool has_lanes(const Ramp& ramp) {
-  constexpr std::size_t kMost = 16;
-  return !ramp.smooth && ramp.points.size() <= kMost;
-}
+/// Whether lanes go along a ramp together: straight lines.
+HWY_INLINE bool has_lanes(const Ramp& ramp) { return !ramp.smooth; }
 HWY_INLINE bool has_lanes(const FieldMap& map) {
   return (map.power == 1 || map.power == 2 || map.power == 3) && has_lanes(map.ramp);
+}
+
+/// How many points are before x: each is asked where they are few, else halves of what is left.
+HWY_INLINE I count_before(const std::vector<RampPoint>& p, F x) {
+  constexpr std::size_t kFew = 16;
+  I before = splat_int(0);
+  if (p.size() <= kFew) {
+    for (const RampPoint& point : p)
+      before = before + where(hn::Lt(splat(point.x), x), splat_int(1));
+    return before;
+  }
+  const I end = splat_int(int(p.size()));
+  for (int step = int(std::bit_floor(p.size())); step > 0; step /= 2) {
+    const I next = before + splat_int(step), last = hn::Min(next, end) - splat_int(1);
+    const M less = hn::Lt(gather(&p.front().x, last + last), x);
+    before = select(hn::And(less, mask(hn::Lt(next, end + splat_int(1)))), next, before);
+  }
+  return before;
 }
 
 /// value_at(ramp, x) for a ramp of points that has lanes.
@@ -45,8 +60,7 @@ inline HWY_NOINLINE F along_ramp(const Ramp& ramp, F x) {
   static_assert(sizeof(RampPoint) == 2 * sizeof(float));
   const std::vector<RampPoint>& p = ramp.points;
   if (p.size() == 1) return splat(p.front().y);
-  I next = splat_int(0);  // of the first point that is not before x
-  for (const RampPoint& point : p) next = next + where(hn::Lt(splat(point.x), x), splat_int(1));
+  const I next = count_before(p, x);  // the number of the first point that is not
   const int end = int(p.size());
   const I at = hn::Min(hn::Max(next, splat_int(1)), splat_int(end - 1));
   const auto number = [&](int offset) { return gather(&p.front().x + offset, at + at); };

@@ -9,6 +9,8 @@
 
 #include "render/engine/wavefront/along-inl.h"
 #include "render/engine/wavefront/lights-inl.h"
+#include "volume/simd/emission-inl.h"
+#include "volume/simd/values-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
@@ -16,21 +18,70 @@ namespace pvol::detail::HWY_NAMESPACE {
 /// Streams of a record's random numbers, for what its flight asks for.
 inline constexpr std::uint64_t kOnTheWay = 1;
 
-/// The straight line of a record's flight, which has ended at its place, or has left.
-[[nodiscard]] inline FlightLine flight_of(const WavefrontScene& s, const Records& q, std::size_t at,
-                                          bool left) {
-  FlightLine flight{world_place(s, q, at, kFromX), direction_at(q, at), kEndless};
-  if (left) return flight;
+/// FireAtCollisions::source at a register of records' places, the first of which is `at`.
+HWY_NOINLINE void find_fire(const WavefrontScene& s, const Records& q, std::size_t at,
+                            PathColors& to) {
+  for (auto& channel : to) channel.fill(0);
+  const FireAtCollisions& fire = *s.volume.fire;
+  const Emitter& emitter = fire.fire();
+  const F x = load(q[kX] + at), y = load(q[kY] + at), z = load(q[kZ] + at);
+  const SamplePlaces places(emitter.field, fire.cells_to_fire(), x, y, z);
+  const I brick = where(places.inside, places.brick);
+  const U holds = gather(fire.holds().data(), brick);
+  const M held =
+      hn::And(hn::And(first(q.n - at), places.inside), mask(hn::Ne(as_int(holds), splat_int(0))));
+  if (hn::AllFalse(kF, held)) return;
+  const VolumeField& density = s.volume.volume.density;
+  const F mu = splat(density.scale) * values_at(density, Affine{}, x, y, z);
+  const F value = places.values(emitter.field);
+  const F color =
+      emitter.color_by ? values_at(*emitter.color_by, fire.cells_to_color(), x, y, z) : value;
+  const M collide = hn::And(held, hn::Gt(mu, splat(0)));
+  const V emitted = emission_in_lanes(emitter.fire, value, color, collide);
+  const F per_mu = splat(1) / mu;
+  const F channels[] = {emitted.x, emitted.y, emitted.z};
+  for (std::size_t c = 0; c < 3; ++c) {
+    const F source = channels[c] * splat(1 / s.share[int(c)]) * per_mu;
+    store(hn::IfThenElseZero(collide, source), to[c].data());
+  }
+}
+
+/// visit(at, source) for each record from one on, with what a fire brings at its place.
+template <class Visit>
+HWY_INLINE void visit_ends(const WavefrontScene& s, WavefrontMemory& m, const Records& q,
+                           std::size_t from, const Visit& visit) {
+  const FireAtCollisions* const fire = s.volume.fire;
+  PathColors& found = m.fire;
+  for (std::size_t at = from; at < q.n; ++at) {
+    if (fire == nullptr) {
+      visit(at, Rgb(0.0f));
+    } else if (!s.fire_in_lanes) {
+      visit(at, fire->source(cells_at(q, at)));
+    } else {
+      const std::size_t k = (at - from) % kLanes;
+      if (k == 0) find_fire(s, q, at, found);
+      visit(at, Rgb(found[0][k], found[1][k], found[2][k]));
+    }
+  }
+}
+
+/// The straight line of a record's flight that has left.
+[[nodiscard]] inline FlightLine endless_flight(const WavefrontScene& s, const Records& q,
+                                               std::size_t at) {
+  return {world_place(s, q, at, kFromX), direction_at(q, at), kEndless};
+}
+/// Of one that has ended at its place, where a fire brings `at_end`.
+[[nodiscard]] inline FlightLine ended_flight(const WavefrontScene& s, const Records& q,
+                                             std::size_t at, Rgb at_end) {
+  FlightLine flight = endless_flight(s, q, at);
   flight.length = length(world_place(s, q, at) - flight.from);
-  flight.end = {&s.volume, cells_at(q, at)};
+  flight.at_end = at_end;
   return flight;
 }
 
-/// Light that the flight of a record of this weight brings on its way, which has ended at its place
-/// or `left`.
+/// Light that the flight of a record of this weight brings on its way.
 inline void add_on_the_way(const WavefrontScene& s, WavefrontMemory& m, const Records& q,
-                           std::size_t at, bool left, Rgb weight) {
-  const FlightLine flight = flight_of(s, q, at, left);
+                           std::size_t at, const FlightLine& flight, Rgb weight) {
   Rng rng(q.bits(kRng0)[at], q.bits(kRng1)[at], kOnTheWay);
   const std::uint32_t id = q.bits(kId)[at];
   const float pdf = q[kPdf][at];  // 0: of a camera ray
@@ -97,11 +148,10 @@ inline void add_fire(const PathSetup& s, WavefrontMemory& m, const Records& q, s
   });
 }
 
-/// What rays towards fires have met, up to their places or to where they left.
+/// What a ray towards a fire has met.
 template <class ComponentKind>
 inline void end_fire_ray(const WavefrontScene& s, WavefrontMemory& m, const Records& q,
-                         std::size_t at, bool left) {
-  const FlightLine flight = flight_of(s, q, at, left);
+                         std::size_t at, const FlightLine& flight) {
   Rng rng(q.bits(kRng0)[at], q.bits(kRng1)[at], kOnTheWay);
   const Rgb light = emission_of(s.setup, flight, Along{{&s, 1}, rng, kFewerWhereScattered}) *
                     weight_at<ComponentKind>(q, at);

@@ -241,6 +241,7 @@ struct WavefrontMemory : FlightMemory {
   std::vector<double> light_weights;                      ///< of lights, for drawing some
   std::vector<std::optional<CollidingFlight>> colliding;  ///< of a register, for lamps
   PathColors colors{};                                    ///< of one, where albedos vary
+  PathColors fire{};                                      ///< what one brings at collisions of one
 
   // Through many volumes:
   WorldRays rays;

@@ -6,6 +6,7 @@
 #include "pvol/volume/facts.h"
 #include "render/engine/wavefront/wavefront_memory.h"
 #include "render/path/gather_light.h"
+#include "volume/cell_look_up.h"
 
 namespace pvol::detail {
 namespace {
@@ -124,6 +125,10 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
     return s.emission &&
            !std::ranges::all_of(s.emission->lines.sources, &EmissionSource::is_medium);
   };
+  along = lines && (s.light.met_on_flights || volume.asks_lamps ||
+                    (s.emission != nullptr && !s.emission->lines.sources.empty()));
+  fire_in_lanes = volume.fire != nullptr && has_values_in_lanes(volume.volume.density) &&
+                  has_values_in_lanes(volume.fire->fire());
   const bool camera_meets_lights = s.light.met_on_flights && s.depths == nullptr;
   camera_lines = lines && (s.emission != nullptr || volume.asks_lamps || camera_meets_lights);
   lines_outside = lines && (camera_meets_lights || emits_outside());

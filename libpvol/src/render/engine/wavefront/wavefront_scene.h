@@ -63,6 +63,8 @@ struct WavefrontScene {
   bool drawn;  ///< whether they are so many that of the scene's some are drawn at a collision
   bool lines;  ///< whether flights through one volume bring light on their way or ask lamps, and
                ///< note where they begin
+  bool along;  ///< whether they bring any before they collide, or ask lamps
+  bool fire_in_lanes;  ///< whether lanes find what a fire brings at collisions
   bool lines_outside;  ///< whether they bring any outside of its box
   bool camera_lines;   ///< whether those of the camera do any of this
   bool ratio;          ///< whether shadow rays have weights, as of ratio tracking

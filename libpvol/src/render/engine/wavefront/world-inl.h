@@ -117,7 +117,7 @@ inline void put_hit(const World& w, std::uint32_t number, const Waiting& of) {
 /// The line of a ray as far as it brings light by itself.
 [[nodiscard]] inline FlightLine line_of(const World& w, const WorldRay& r, const Records& q,
                                         std::size_t at) {
-  FlightLine line{r.ray.o, direction_at(q, at), kEndless, {}, r.time};
+  FlightLine line{r.ray.o, direction_at(q, at), kEndless, Rgb(0.0f), r.time};
   if (r.collides()) {
     line.length = r.nearest;
   } else if (r.among.surface.material != nullptr) {
@@ -126,7 +126,8 @@ inline void put_hit(const World& w, std::uint32_t number, const Waiting& of) {
   if (line.length > r.among.direct_until) {
     line.length = r.among.direct_until;
   } else if (r.collides()) {
-    line.end = {&w.setup.volumes[w.volume_of(r.hit)], Vec3d(r.cells) - Vec3d(DenseBounds::kBorder)};
+    const FireAtCollisions* const fire = w.setup.volumes[w.volume_of(r.hit)].fire;
+    if (fire != nullptr) line.at_end = fire->source(Vec3d(r.cells) - Vec3d(DenseBounds::kBorder));
   }
   return line;
 }

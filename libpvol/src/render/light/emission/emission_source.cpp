@@ -8,6 +8,7 @@
 #include "pvol/volume/facts.h"
 #include "render/light/emission/collision_limit.h"
 #include "volume/any_source.h"
+#include "volume/cell_look_up.h"
 
 namespace pvol::detail {
 namespace {
@@ -93,6 +94,20 @@ std::shared_ptr<const FireAtCollisions> score_at_collisions(const Volume& volume
   return scored->holds_any() ? scored : nullptr;
 }
 
+EmissionSource source_of_fire(const Volume& v, const RenderOptions& options) {
+  const Emitter& fire = *v.fire;
+  EmissionSource source{.field = &fire.field,
+                        .fire = &fire,
+                        .points = options.emission_points,
+                        .least = options.emission_points,
+                        .at_collisions = score_at_collisions(v, options),
+                        .in_lanes = has_values_in_lanes(fire)};
+  if (fire.color_by) {
+    source.cells_to_color = fire.color_by->world_to_cells * inverse(fire.field.world_to_cells);
+  }
+  return source;
+}
+
 /// Adds the source at each place of its volume, one of `volumes`.
 void add_places(std::span<const Volume> volumes, const Volume& v, EmissionSource source,
                 std::vector<EmissionSource>& to) {
@@ -113,15 +128,7 @@ std::vector<EmissionSource> emission_sources(std::span<const Volume> volumes,
                                              const RenderOptions& options) {
   std::vector<EmissionSource> all;
   for (const Volume& v : volumes) {
-    if (v.fire != nullptr) {
-      add_places(volumes, v,
-                 {.field = &v.fire->field,
-                  .fire = v.fire.get(),
-                  .points = options.emission_points,
-                  .least = options.emission_points,
-                  .at_collisions = score_at_collisions(v, options)},
-                 all);
-    }
+    if (v.fire != nullptr) add_places(volumes, v, source_of_fire(v, options), all);
     if (!gathers_along_flights(v, options)) continue;
     EmissionSource medium = source_of(v);
     medium.points = medium.least = options.emission_points;

@@ -33,6 +33,8 @@ struct EmissionSource {
                                         ///< emit if it were black, and
   Rgb per_color{0.0f};                  ///< how much less, by the field's colour
   std::shared_ptr<const FireAtCollisions> at_collisions{};  ///< of the fire; or null
+  bool in_lanes = false;    ///< whether lanes look up what the fire emits, and
+  Affine cells_to_color{};  ///< from its cells to those of its colour's field, if it has one
 
   /// At a time in frames.
   [[nodiscard]] Affine to_first_at(float time) const {

@@ -69,7 +69,8 @@ bool collides(const Volume& volume, const Affine& to_world, const Leaf& leaf, fl
   std::array<float, kFieldSamples> scratch;
   const float* const scattered = samples_of(volume.density, leaf.of_scatterer, scratch.data());
   const Emitter& fire = *volume.fire;
-  // Of what is emitted, where it is brightest. Colours take long: one sample of eight tells enough.
+  // Of what is emitted, where it is brightest: 0 where all is cold. Colours take long: one sample
+  // of eight tells enough.
   float brightest = 0;
   for (int i = 0; i < kFieldSamples; ++i) {
     const Vec3i at(i / (kFieldEdge * kFieldEdge), i / kFieldEdge % kFieldEdge, i % kFieldEdge);
@@ -83,7 +84,7 @@ bool collides(const Volume& volume, const Affine& to_world, const Leaf& leaf, fl
   for (int i = 0; i < kFieldSamples; ++i) {
     if (leaf.emitted[i] == 0) continue;
     const float mu = volume.density.scale * scattered[i];
-    if (!(mu > 0 && brightest > 0) || brightest * leaf.emitted[i] > most * mu) return false;
+    if (!(mu > 0) || brightest * leaf.emitted[i] > most * mu) return false;
   }
   return true;
 }
@@ -91,7 +92,7 @@ bool collides(const Volume& volume, const Affine& to_world, const Leaf& leaf, fl
 /// What of a tree of leaves and uniform cubes has other bricks.
 class Pruning {
  public:
-  Pruning(const Octree& from, const std::vector<bool>& held) : from_(from), held_(held) {
+  Pruning(const Octree& from, const std::vector<std::uint32_t>& held) : from_(from), held_(held) {
     to_ = from;
     to_.nodes.clear(), to_.entries.clear();
     lo_ = widen(Vec3i(std::numeric_limits<int>::max()));
@@ -118,7 +119,7 @@ class Pruning {
       if (e->link & Octree::kNodeBit) {
         entry.link = Octree::kNodeBit | std::uint32_t(to_.nodes.size());
         if (!copy(e->link & ~Octree::kNodeBit, at)) continue;
-      } else if (held_[e->link]) {
+      } else if (held_[e->link] != 0) {
         continue;
       } else {
         lo_ = min(lo_, widen(at)), hi_ = max(hi_, widen(at + Vec3i(edge)));
@@ -137,18 +138,21 @@ class Pruning {
   }
 
   const Octree& from_;
-  const std::vector<bool>& held_;
+  const std::vector<std::uint32_t>& held_;
   Octree to_;
   Int4 lo_{}, hi_{};  // of what is kept
 };
 
 }  // namespace
 
-FireAtCollisions::FireAtCollisions(const Volume& volume, double most)
-    : volume_(volume), cells_to_world_(inverse(volume.density.world_to_cells)) {
+FireAtCollisions::FireAtCollisions(const Volume& volume, double most) : volume_(volume) {
   const VolumeField &fire = volume.fire->field, &density = volume.density;
-  cells_to_fire_ = fire.world_to_cells * cells_to_world_;
-  holds_.assign(fire.bricks().bricks(), false);
+  const Affine cells_to_world = inverse(density.world_to_cells);
+  cells_to_fire_ = fire.world_to_cells * cells_to_world;
+  if (const auto& color = volume.fire->color_by) {
+    cells_to_color_ = color->world_to_cells * cells_to_world;
+  }
+  holds_.assign(fire.bricks().bricks(), 0);
   lines_ = fire.octree;
   if (fire.octree.empty() || density.octree.empty()) return;
   if (min_component(volume.medium.extinction_color) == 0) return;
@@ -160,11 +164,11 @@ FireAtCollisions::FireAtCollisions(const Volume& volume, double most)
   parallel_for(0, leaves.size(), [&](std::size_t i) {
     held[i] = char(collides(volume, to_world, leaves[i], float(most)));
   });
-  for (const Leaf& leaf : leaves) holds_[leaf.brick] = true;
+  for (const Leaf& leaf : leaves) holds_[leaf.brick] = 1;
   for (std::size_t i = 0; i < leaves.size(); ++i) {  // bricks may serve several
-    if (!held[i]) holds_[leaves[i].brick] = false;
+    if (!held[i]) holds_[leaves[i].brick] = 0;
   }
-  holds_any_ = std::find(holds_.begin(), holds_.end(), true) != holds_.end();
+  holds_any_ = std::ranges::find(holds_, 1u) != holds_.end();
   lines_ = Pruning(fire.octree, holds_).result();
 }
 
@@ -175,12 +179,12 @@ Rgb FireAtCollisions::source(Vec3d cells) const {
   if (!from.octree.support().contains(at)) return Rgb(0.0f);
   const LatticePoint p = lattice_point(from.octree, at);
   const std::uint32_t brick = from.octree.brick_at(leaf_at(from, p.cell), p.cell, kZeroBrick);
-  if (!holds_[brick]) return Rgb(0.0f);
+  if (holds_[brick] == 0) return Rgb(0.0f);
   const float mu = extinction_in_cells(volume_, cells);
   if (!(mu > 0)) return Rgb(0.0f);
   const float value = density_in_brick<LookUp::trilinear>(from.bricks().brick(brick), p);
   const float color =
-      fire.color_by ? value_at(*fire.color_by, cells_to_world_.point(cells)) : value;
+      fire.color_by ? value_in(*fire.color_by, cells_to_color_.point(cells)) : value;
   const Rgb share = volume_.medium.extinction_color;
   return emission(fire.fire, value, color) * Rgb(1 / share.x, 1 / share.y, 1 / share.z) * (1 / mu);
 }

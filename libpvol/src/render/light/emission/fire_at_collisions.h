@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "pvol/volume/emitter.h"
@@ -27,10 +28,17 @@ class FireAtCollisions {
   /// depth; 0 in other leaves.
   [[nodiscard]] Rgb source(Vec3d cells) const;
 
+  // For those who look these up in lanes:
+  [[nodiscard]] const Emitter& fire() const { return *volume_.fire; }
+  [[nodiscard]] const Affine& cells_to_fire() const { return cells_to_fire_; }
+  [[nodiscard]] const Affine& cells_to_color() const { return cells_to_color_; }
+  /// By brick of the fire's field, whether it is of such leaves, as 1, or 0.
+  [[nodiscard]] std::span<const std::uint32_t> holds() const { return holds_; }
+
  private:
   const Volume& volume_;
-  Affine cells_to_world_, cells_to_fire_;
-  std::vector<bool> holds_;  ///< by brick of the fire's field
+  Affine cells_to_fire_, cells_to_color_;
+  std::vector<std::uint32_t> holds_;
   bool holds_any_ = false;
   Octree lines_;
 };
