@@ -69,7 +69,7 @@ radiance = [0.01, 0.014, 0.03]
 
 OF_MEDIA = (("at collisions", ["--line-emission", "off", "--kernel", "scalar"]),
             ("along flights", ["--line-emission", "on"]),
-            ("... 8 points", ["--line-emission", "on", "--emission-points", "8"]))
+            ("... 8 points", ["--line-emission", "on", "--emission-points", "16"]))
 OF_FIRES = (("along flights", ["--line-emission", "on"]), ("at collisions", ["--line-emission", "off"]), ("auto", []))
 
 

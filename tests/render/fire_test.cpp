@@ -278,6 +278,42 @@ TEST(Fire, ThatIsColdHereAndThereLeavesNothingToLines) {
   EXPECT_TRUE(p.emission->lines.sources.empty());
 }
 
+/// A spark of one voxel in thin, cold smoke is brighter there than collisions may be.
+TEST(Fire, SparksInColdSmokeAreLeftToLines) {
+  const Field smoke = make_field("smoke", {0, 0, 0}, {8, 8, 8}, [](Vec3i) { return 0.001; });
+  const Field flames = make_field("flames", {0, 0, 0}, {8, 8, 8}, [](Vec3i) { return 1.0; });
+  const CloudScene s = cloud_scene();
+  const Pyramid of_flames = build_pyramid(flames.grid);
+  const Ramp warm{{{0.5f, 0}, {1, 1}}, false};
+  for (const Vec3i spark : {Vec3i(4, 4, 4), Vec3i(3, 5, 5)}) {
+    const Field heat =
+        make_field("heat", {0, 0, 0}, {8, 8, 8}, [&](Vec3i at) { return at == spark ? 1.0 : 0.1; });
+    const Pyramid of_heat = build_pyramid(heat.grid);
+    const BoundedGrid color{heat.grid, of_heat};
+    Volume v = make_volume(smoke.grid, build_pyramid(smoke.grid), s);
+    v.fire = std::make_shared<const Emitter>(
+        make_emitter({.colors = {{warm, warm, warm}}}, {flames.grid, of_flames}, &color, {}));
+    const double brightest = 1 / (0.001 * s.medium.extinction);
+    EXPECT_FALSE(detail::FireAtCollisions(v, 0.01 * brightest).lines().empty()) << spark.x;
+    EXPECT_TRUE(detail::FireAtCollisions(v, 100 * brightest).lines().empty());
+  }
+}
+
+/// Each in its own smoke, as if each had a copy.
+TEST(Fire, OfTwoVolumesMayBeShared) {
+  CloudScene s = cloud_scene();
+  s.options.samples = 4;
+  std::vector<Volume> volumes;
+  for (const double extinction : {0.3, 2.0}) {
+    s.medium.extinction = extinction;
+    volumes.push_back(make_volume(cloud().grid, build_pyramid(cloud().grid), s));
+    volumes.back().fire = fire_of(cloud(), {.intensity = 0.2});
+  }
+  const Film own = render(volumes, s).film;
+  volumes[1].fire = volumes[0].fire;
+  EXPECT_TRUE(same_bytes(render(volumes, s).film, own));
+}
+
 /// A fire of which one part burns in smoke, one in thin air and one in none at all, as a scene of
 /// some kind has it.
 struct PartlySmoking {

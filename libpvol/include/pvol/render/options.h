@@ -120,7 +120,7 @@ struct RenderOptions {
   KernelKind kernel = KernelKind::automatic;
   LineEmission line_emission = LineEmission::automatic;
   LineLamps line_lamps = LineLamps::automatic;
-  int emission_points = 4;   ///< of a flight, for each 8 voxels of a field of emission on its way
+  int emission_points = 8;   ///< of a flight, for each 8 voxels of a fire on its way, of media half
   std::optional<int> depth;  ///< deepest octree level at which walks stop, 0 to
                              ///< kDeepestOctree; above it, and without, by cost
   /// Factor on majorants, for measurements: above 1 bounds get looser and the picture stays the
@@ -300,11 +300,11 @@ template <std::same_as<RenderOptions> O>
       key<&O::emission_points>({.key = "emission_points",
                                 .metavar = "N",
                                 .limits = whole(1, 64),
-                                .help = "Points at which emission is looked up, per 8 voxels of a "
-                                        "flight; 8 is one per voxel",
+                                .help = "Points at which a fire is looked up, per 8 voxels of a "
+                                        "flight; media that glow take half as many",
                                 .effect = Effect::cost,
                                 .factor = "emission points",
-                                .sweep = "2 8"}),
+                                .sweep = "4 16"}),
       key<&O::depth>({.key = "depth",
                       .metavar = "N|auto",
                       .limits = whole(0, kDeepestOctree).or_word("auto"),

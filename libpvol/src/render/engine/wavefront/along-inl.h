@@ -77,7 +77,7 @@ HWY_NOINLINE Rgb emission_along(const EmissionSource& source, const Line& line, 
 
 /// Of a path that was scattered the direction is what its light varies by: its lines have so many
 /// times fewer points than those of the camera's rays (tests/bench/RESULTS.md, "Fires").
-inline constexpr int kFewerWhereScattered = 4;
+inline constexpr int kFewerWhereScattered = 8;
 
 /// What emission_of asks of `along`, through the volumes of scenes, by number.
 struct Along {

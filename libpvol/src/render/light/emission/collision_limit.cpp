@@ -108,9 +108,9 @@ double second_moment(const FireLine& line, double most) {
   return sum;
 }
 
-/// Nanoseconds of a ray along the line, about.
+/// Nanoseconds of a ray along the line, about, whose points are looked up in lanes.
 double cost(const FireLine& line, double most, int points) {
-  constexpr double kRay = 400, kCollision = 400, kLeaf = 70, kPoint = 40;
+  constexpr double kRay = 300, kCollision = 450, kLeaf = 10, kPoint = 8;
   double collided = 0, lines = 0;
   for (const FireLine::Step& s : line.steps) {
     collided += s.transmittance * -std::expm1(-s.depth);

@@ -18,10 +18,11 @@ std::shared_ptr<const EmissionSetup> prepare_emission(std::span<const Volume> vo
   std::vector<EmissionSource> sources = emission_sources(volumes, options);
   if (sources.empty()) return nullptr;
   std::vector<std::shared_ptr<const FireAtCollisions>> at_collisions;
-  for (const Volume& v : volumes) {
-    const auto its = std::ranges::find(sources, v.fire.get(), &EmissionSource::fire);
-    const bool burns = v.fire != nullptr && its != sources.end();
-    at_collisions.push_back(burns ? its->at_collisions : nullptr);
+  for (std::size_t i = 0; i < volumes.size(); ++i) {
+    const auto its = std::ranges::find_if(sources, [&](const EmissionSource& s) {
+      return s.volume == i && s.at_collisions != nullptr;
+    });
+    at_collisions.push_back(its != sources.end() ? its->at_collisions : nullptr);
   }
   const bool scatters =
       std::ranges::any_of(

@@ -90,6 +90,7 @@ std::shared_ptr<const FireAtCollisions> score_at_collisions(const Volume& volume
   const double most = options.line_emission == LineEmission::off
                           ? double(std::numeric_limits<float>::max())
                           : brightest_at_collisions(volume, options.emission_points);
+  if (!(most > 0)) return nullptr;
   auto scored = std::make_shared<const FireAtCollisions>(volume, most);
   return scored->holds_any() ? scored : nullptr;
 }
@@ -131,7 +132,8 @@ std::vector<EmissionSource> emission_sources(std::span<const Volume> volumes,
     if (v.fire != nullptr) add_places(volumes, v, source_of_fire(v, options), all);
     if (!gathers_along_flights(v, options)) continue;
     EmissionSource medium = source_of(v);
-    medium.points = medium.least = options.emission_points;
+    // Where flights end makes for more noise than the points up to there.
+    medium.points = medium.least = std::max(options.emission_points / 2, 1);
     add_places(volumes, v, medium, all);
   }
   return all;

@@ -24,7 +24,7 @@ struct EmissionSource {
   const Emitter* fire = nullptr;       ///< or null:
   Rgb of_depth{0.0f};                  ///< what the medium emits per unit of optical depth
   int points = 1;                      ///< of a line, for each leaf's edge on its way
-  int least = 1;                       ///< in each segment, or of a line in lanes
+  int least = 1;                       ///< in each segment; of a medium's line in lanes
   Affine to_first{};  ///< from its place to the volume's first one, where the field is
   Box box{};          ///< around its place in the world, at all times
   const MovingPlace* moves = nullptr;   ///< with its volume; null: it stands still

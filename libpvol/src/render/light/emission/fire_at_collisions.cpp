@@ -20,7 +20,9 @@ namespace {
 /// From the cells of the fire to those of the density, where these lie in one lattice whose leaves
 /// are the same and are interpolated alike.
 std::optional<Vec3i> shift_between(const VolumeField& fire, const VolumeField& density) {
-  if (density.look_up != LookUp::trilinear || density.map || density.motion) return std::nullopt;
+  if (density.look_up != LookUp::trilinear || density.map || density.motion || fire.motion) {
+    return std::nullopt;
+  }
   constexpr double kAlike = 1e-6;  // cells over a whole leaf
   const Affine across = density.world_to_cells * inverse(fire.world_to_cells);
   for (int axis = 0; axis < 3; ++axis) {
@@ -63,24 +65,31 @@ std::vector<Leaf> leaves_of(const VolumeField& fire, const VolumeField& density,
   return leaves;
 }
 
-/// Whether paths collide wherever the leaf emits, and bring up to `most` then.
-bool collides(const Volume& volume, const Affine& to_world, const Leaf& leaf, float most) {
-  if (leaf.emitted == nullptr || leaf.of_scatterer == kZeroBrick) return false;
-  std::array<float, kFieldSamples> scratch;
-  const float* const scattered = samples_of(volume.density, leaf.of_scatterer, scratch.data());
-  const Emitter& fire = *volume.fire;
-  // Of what is emitted, where it is brightest: 0 where all is cold. Colours take long: one sample
-  // of eight tells enough.
+/// The largest luminance per value of the fire among a leaf's samples, one in each cube of `stride`
+/// samples along the edges; 0 where what they are in is cold.
+float brightest_of(const Emitter& fire, const Affine& to_world, const Leaf& leaf, int stride) {
   float brightest = 0;
   for (int i = 0; i < kFieldSamples; ++i) {
     const Vec3i at(i / (kFieldEdge * kFieldEdge), i / kFieldEdge % kFieldEdge, i % kFieldEdge);
-    if (leaf.emitted[i] == 0 || ((at.x | at.y | at.z) & 1) != 0) continue;
+    const bool asked = at.x % stride == 0 && at.y % stride == 0 && at.z % stride == 0;
+    if (!asked || leaf.emitted[i] == 0) continue;
     const float color = fire.color_by
                             ? value_at(*fire.color_by, to_world.point(Vec3d(leaf.low + at)))
                             : leaf.emitted[i];
     const float light = luminance(emission(fire.fire, leaf.emitted[i], color));
     brightest = std::max(brightest, light / leaf.emitted[i]);
   }
+  return brightest;
+}
+
+/// Whether paths collide wherever the leaf emits, and bring up to `most` then.
+bool collides(const Volume& volume, const Affine& to_world, const Leaf& leaf, float most) {
+  if (leaf.emitted == nullptr || leaf.of_scatterer == kZeroBrick) return false;
+  std::array<float, kFieldSamples> scratch;
+  const float* const scattered = samples_of(volume.density, leaf.of_scatterer, scratch.data());
+  // Colours take long: one sample of eight tells enough, but that all is cold.
+  float brightest = brightest_of(*volume.fire, to_world, leaf, 2);
+  if (!(brightest > 0)) brightest = brightest_of(*volume.fire, to_world, leaf, 1);
   for (int i = 0; i < kFieldSamples; ++i) {
     if (leaf.emitted[i] == 0) continue;
     const float mu = volume.density.scale * scattered[i];
