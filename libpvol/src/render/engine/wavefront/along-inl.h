@@ -18,9 +18,9 @@ namespace pvol::detail::HWY_NAMESPACE {
 
 /// The part of a ray of the world, up to a distance, in the box around a source's lines; none
 /// passes it by.
-[[nodiscard]] inline std::optional<Line> line_through(const EmissionSource& source,
-                                                      const Ray& world, double distance,
-                                                      float time) {
+[[nodiscard]] HWY_INLINE std::optional<Line> line_through(const EmissionSource& source,
+                                                          const Ray& world, double distance,
+                                                          float time) {
   const VolumeField& field = *source.field;
   const Affine to_first = source.to_first_at(time);
   const Vec3d from = field.world_to_cells.point(to_first.point(world.o));
