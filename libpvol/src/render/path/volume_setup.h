@@ -110,8 +110,8 @@ struct VolumeSetup {
 
 /// Where a flight collided.
 struct CollisionPlace {
-  const VolumeSetup* volume = nullptr;  ///< null: nowhere
-  Vec3d cells{};                        ///< of the volume
+  const VolumeSetup* volume;
+  Vec3d cells;  ///< of the volume
 };
 
 }  // namespace pvol::detail

@@ -41,20 +41,30 @@ namespace pvol::detail::HWY_NAMESPACE {
   return optical_depth(s.field, *line, {fewer_points(source.points, fewer), source.least}, rng);
 }
 
-/// What a fire emits at a register of points of a line in its cells, without what collisions bring.
-HWY_INLINE V emission_at(const EmissionSource& source, F x, F y, F z, M on) {
-  const Emitter& fire = *source.fire;
-  const SamplePlaces places(fire.field, Affine{}, x, y, z);
+/// Which places have light of a fire at collisions, by the bricks of its field.
+HWY_INLINE M is_at_collisions(const FireAtCollisions& fire, I brick) {
+  return mask(hn::Ne(as_int(gather(fire.holds().data(), brick)), splat_int(0)));
+}
+
+/// What a fire emits at chosen ones of these places, which are (x, y, z) in cells that `to_color`
+/// takes to those of its colour's field.
+HWY_INLINE V emission_at(const Emitter& fire, const SamplePlaces& places, const Affine& to_color,
+                         F x, F y, F z, M on) {
+  const F value = places.values(fire.field);
+  const F color = fire.color_by ? values_at(*fire.color_by, to_color, x, y, z) : value;
+  return emission_in_lanes(fire.fire, value, color, on);
+}
+
+/// What lines gather of a fire at a register of points in its cells.
+HWY_INLINE V emission_on_line(const EmissionSource& source, F x, F y, F z, M on) {
+  const SamplePlaces places(source.fire->field, Affine{}, x, y, z);
   const I brick = where(hn::And(on, places.inside), places.brick);
   M solid = mask(hn::Ne(brick, splat_int(int(kZeroBrick))));
   if (source.at_collisions) {
-    const U held = gather(source.at_collisions->holds().data(), brick);
-    solid = hn::And(solid, mask(hn::Eq(as_int(held), splat_int(0))));
+    solid = hn::AndNot(is_at_collisions(*source.at_collisions, brick), solid);
   }
   if (hn::AllFalse(kF, solid)) return {splat(0), splat(0), splat(0)};
-  const F value = places.values(fire.field);
-  const F color = fire.color_by ? values_at(*fire.color_by, source.cells_to_color, x, y, z) : value;
-  const V e = emission_in_lanes(fire.fire, value, color, solid);
+  const V e = emission_at(*source.fire, places, source.cells_to_color, x, y, z, solid);
   const auto emits = [&](F v) { return hn::IfThenElseZero(solid, v); };
   return {emits(e.x), emits(e.y), emits(e.z)};
 }
@@ -69,7 +79,7 @@ HWY_NOINLINE Rgb emission_along(const EmissionSource& source, const Line& line, 
     const auto along = [&](int axis) {
       return hn::MulAdd(splat(line.way[axis]), t, splat(line.from[axis]));
     };
-    const V e = emission_at(source, along(0), along(1), along(2), first(all.n - k));
+    const V e = emission_on_line(source, along(0), along(1), along(2), first(all.n - k));
     sums[0].add(k, e.x), sums[1].add(k, e.y), sums[2].add(k, e.z);
   }
   return Rgb(sums[0].value(), sums[1].value(), sums[2].value()) * (line.length / float(all.n));

@@ -9,7 +9,6 @@
 
 #include "render/engine/wavefront/along-inl.h"
 #include "render/engine/wavefront/lights-inl.h"
-#include "volume/simd/emission-inl.h"
 #include "volume/simd/values-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -23,21 +22,15 @@ HWY_NOINLINE void find_fire(const WavefrontScene& s, const Records& q, std::size
                             PathColors& to) {
   for (auto& channel : to) channel.fill(0);
   const FireAtCollisions& fire = *s.volume.fire;
-  const Emitter& emitter = fire.fire();
   const F x = load(q[kX] + at), y = load(q[kY] + at), z = load(q[kZ] + at);
-  const SamplePlaces places(emitter.field, fire.cells_to_fire(), x, y, z);
-  const I brick = where(places.inside, places.brick);
-  const U holds = gather(fire.holds().data(), brick);
-  const M held =
-      hn::And(hn::And(first(q.n - at), places.inside), mask(hn::Ne(as_int(holds), splat_int(0))));
+  const SamplePlaces places(fire.fire().field, fire.cells_to_fire(), x, y, z);
+  const M on = hn::And(first(q.n - at), places.inside);
+  const M held = hn::And(on, is_at_collisions(fire, where(on, places.brick)));
   if (hn::AllFalse(kF, held)) return;
   const VolumeField& density = s.volume.volume.density;
   const F mu = splat(density.scale) * values_at(density, Affine{}, x, y, z);
-  const F value = places.values(emitter.field);
-  const F color =
-      emitter.color_by ? values_at(*emitter.color_by, fire.cells_to_color(), x, y, z) : value;
   const M collide = hn::And(held, hn::Gt(mu, splat(0)));
-  const V emitted = emission_in_lanes(emitter.fire, value, color, collide);
+  const V emitted = emission_at(fire.fire(), places, fire.cells_to_color(), x, y, z, collide);
   const F per_mu = splat(1) / mu;
   const F channels[] = {emitted.x, emitted.y, emitted.z};
   for (std::size_t c = 0; c < 3; ++c) {
@@ -65,23 +58,22 @@ HWY_INLINE void visit_ends(const WavefrontScene& s, WavefrontMemory& m, const Re
   }
 }
 
-/// The straight line of a record's flight that has left.
-[[nodiscard]] inline FlightLine endless_flight(const WavefrontScene& s, const Records& q,
-                                               std::size_t at) {
-  return {world_place(s, q, at, kFromX), direction_at(q, at), kEndless};
-}
-/// Of one that has ended at its place, where a fire brings `at_end`.
-[[nodiscard]] inline FlightLine ended_flight(const WavefrontScene& s, const Records& q,
-                                             std::size_t at, Rgb at_end) {
-  FlightLine flight = endless_flight(s, q, at);
+/// The straight line of a record's flight, which has left, or has ended at its place, where a fire
+/// brings `at_end`.
+[[nodiscard]] inline FlightLine flight_of(const WavefrontScene& s, const Records& q, std::size_t at,
+                                          bool left, Rgb at_end) {
+  FlightLine flight{world_place(s, q, at, kFromX), direction_at(q, at), kEndless};
+  if (left) return flight;
   flight.length = length(world_place(s, q, at) - flight.from);
   flight.at_end = at_end;
   return flight;
 }
 
-/// Light that the flight of a record of this weight brings on its way.
+/// Light that the flight of a record of this weight brings on its way, which has left, or has ended
+/// at its place, where a fire brings `at_end`.
 inline void add_on_the_way(const WavefrontScene& s, WavefrontMemory& m, const Records& q,
-                           std::size_t at, const FlightLine& flight, Rgb weight) {
+                           std::size_t at, bool left, Rgb at_end, Rgb weight) {
+  const FlightLine flight = flight_of(s, q, at, left, at_end);
   Rng rng(q.bits(kRng0)[at], q.bits(kRng1)[at], kOnTheWay);
   const std::uint32_t id = q.bits(kId)[at];
   const float pdf = q[kPdf][at];  // 0: of a camera ray
@@ -148,10 +140,12 @@ inline void add_fire(const PathSetup& s, WavefrontMemory& m, const Records& q, s
   });
 }
 
-/// What a ray towards a fire has met.
+/// What rays towards fires have met, up to where they left, or to their places, where a fire brings
+/// `at_end`.
 template <class ComponentKind>
 inline void end_fire_ray(const WavefrontScene& s, WavefrontMemory& m, const Records& q,
-                         std::size_t at, const FlightLine& flight) {
+                         std::size_t at, bool left, Rgb at_end) {
+  const FlightLine flight = flight_of(s, q, at, left, at_end);
   Rng rng(q.bits(kRng0)[at], q.bits(kRng1)[at], kOnTheWay);
   const Rgb light = emission_of(s.setup, flight, Along{{&s, 1}, rng, kFewerWhereScattered}) *
                     weight_at<ComponentKind>(q, at);

@@ -17,27 +17,27 @@ namespace pvol::detail::HWY_NAMESPACE {
 
 using WeightAt = Rgb (*)(const Records&, std::size_t);
 
-/// What flights that left bring on their way, and those to collisions from one on.
+/// What the flight of a record brings on its way, which has left, or has ended at its place, where
+/// a fire brings `at_end`.
+inline void add_line(const WavefrontScene& s, WavefrontMemory& m, const Records& q, std::size_t at,
+                     bool left, Rgb at_end, Rgb weight) {
+  if (s.setup.flights_bring_light()) add_on_the_way(s, m, q, at, left, at_end, weight);
+  if (s.volume.asks_lamps) ask_lamps(s, m, q, at, left, weight);
+}
+
+/// Of flights that left, and of those to collisions from one on.
 void add_lines_of_gone(const WavefrontScene& s, WavefrontMemory& m, WeightAt weight_at) {
   if (!s.along) return;
-  const Records& q = m.flying;
   for (std::size_t k = 0; k < m.events.gone; ++k) {
     const std::size_t at = m.events.gone_source[k];
-    const Rgb weight = weight_at(q, at);
-    if (s.setup.flights_bring_light())
-      add_on_the_way(s, m, q, at, endless_flight(s, q, at), weight);
-    if (s.volume.asks_lamps) ask_lamps(s, m, q, at, true, weight);
+    add_line(s, m, m.flying, at, true, Rgb(0.0f), weight_at(m.flying, at));
   }
 }
 void add_lines_of_collisions(const WavefrontScene& s, WavefrontMemory& m, std::size_t from,
                              WeightAt weight_at) {
-  const Records& q = m.collisions;
-  visit_ends(s, m, q, from, [&](std::size_t at, Rgb at_end) {
+  visit_ends(s, m, m.collisions, from, [&](std::size_t at, Rgb at_end) {
     if (!s.along && !(largest(at_end) > 0)) return;
-    const Rgb weight = weight_at(q, at);
-    if (s.setup.flights_bring_light())
-      add_on_the_way(s, m, q, at, ended_flight(s, q, at, at_end), weight);
-    if (s.volume.asks_lamps) ask_lamps(s, m, q, at, false, weight);
+    add_line(s, m, m.collisions, at, false, at_end, weight_at(m.collisions, at));
   });
 }
 
@@ -226,12 +226,11 @@ template <class ComponentKind>
 HWY_NOINLINE void fly_to_fires(const WavefrontScene& s, WavefrontMemory& m) {
   take_and_fly(s, m, m.to_fires, m.counts.shadow);
   for (std::size_t k = 0; k < m.events.gone; ++k) {
-    const std::size_t at = m.events.gone_source[k];
-    end_fire_ray<ComponentKind>(s, m, m.flying, at, endless_flight(s, m.flying, at));
+    end_fire_ray<ComponentKind>(s, m, m.flying, m.events.gone_source[k], true, Rgb(0.0f));
   }
   decide(s, m, m.to_fires, &m.fire_ends, m.counts.shadow);
   visit_ends(s, m, m.fire_ends, 0, [&](std::size_t at, Rgb at_end) {
-    end_fire_ray<ComponentKind>(s, m, m.fire_ends, at, ended_flight(s, m.fire_ends, at, at_end));
+    end_fire_ray<ComponentKind>(s, m, m.fire_ends, at, false, at_end);
   });
   m.fire_ends.n = 0;
 }

@@ -121,14 +121,14 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
     field.step_field = kStepX;
     if (volume.volume.density.motion != nullptr) fields |= bit(kTime), field.time_field = kTime;
   }
-  const auto emits_outside = [&] {
-    return s.emission &&
-           !std::ranges::all_of(s.emission->lines.sources, &EmissionSource::is_medium);
-  };
   along = lines && (s.light.met_on_flights || volume.asks_lamps ||
                     (s.emission != nullptr && !s.emission->lines.sources.empty()));
   fire_in_lanes = volume.fire != nullptr && has_values_in_lanes(volume.volume.density) &&
                   has_values_in_lanes(volume.fire->fire());
+  const auto emits_outside = [&] {
+    return s.emission &&
+           !std::ranges::all_of(s.emission->lines.sources, &EmissionSource::is_medium);
+  };
   const bool camera_meets_lights = s.light.met_on_flights && s.depths == nullptr;
   camera_lines = lines && (s.emission != nullptr || volume.asks_lamps || camera_meets_lights);
   lines_outside = lines && (camera_meets_lights || emits_outside());
