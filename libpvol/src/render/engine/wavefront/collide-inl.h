@@ -40,7 +40,7 @@ HWY_NOINLINE void add_emission(const WavefrontScene& s, WavefrontMemory& m,
   for (std::uint32_t lanes = bits_of(p.alive); lanes != 0; lanes &= lanes - 1) {
     const auto k = std::size_t(std::countr_zero(lanes));
     if (s.many && !places.brings_light(k)) continue;
-    if (ComponentKind::kWeights == 1 && !s.orders && !s.many) {
+    if (ComponentKind::kWeights == 1 && !s.orders && s.setup.volumes.size() == 1) {
       m.slots.add_collision(slot_of(id[k]), w[0][k]);
     } else {
       constexpr std::size_t kSecond = ComponentKind::kWeights / 2,
@@ -82,7 +82,8 @@ HWY_INLINE void end_by_contribution(Paths<ComponentKind>& p, F contribution) {
 /// Passes paths on to be scattered, as often as they are split. `turned` are those whose directions
 /// are chosen by importance.
 template <class ComponentKind>
-HWY_INLINE void put_paths(WavefrontMemory& m, Paths<ComponentKind>& p, I copies, M turned) {
+HWY_INLINE void put_paths(const WavefrontScene& s, WavefrontMemory& m, Paths<ComponentKind>& p,
+                          I copies, M turned) {
   m.straight.reserve(kLanes * std::size_t(kMostCopies));
   m.turned.reserve(kLanes * std::size_t(kMostCopies));
   const auto put = [&](M on, const Random& rng, Records& q) {
@@ -93,6 +94,7 @@ HWY_INLINE void put_paths(WavefrontMemory& m, Paths<ComponentKind>& p, I copies,
     for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) pack(on, p.w[c], q[kW0 + c] + q.n);
     pack(on, p.id, q.bits(kId) + q.n);
     pack(on, p.ray, q.bits(kRay) + q.n);
+    if (s.times) pack(on, p.time, q[kTime] + q.n);
     pack(on, as_bits(p.row), q.bits(kAux) + q.n);
     if constexpr (ComponentKind::kWeights > 1)
       pack(on, as_bits(p.component), q.bits(kComponent) + q.n);
@@ -159,9 +161,9 @@ HWY_NOINLINE void collide(const WavefrontScene& s, WavefrontMemory& m) {
       const I copies =
           select(split, to_int(hn::Min(contribution, splat(kMostCopies))), splat_int(1));
       p.scale(split, splat(1) / to_float(copies));
-      put_paths(m, p, copies, turns(*s.importance(), p.row));
+      put_paths(s, m, p, copies, turns(*s.importance(), p.row));
     } else {
-      put_paths(m, p, splat_int(1), first(0));
+      put_paths(s, m, p, splat_int(1), first(0));
     }
   }
   q.n = 0;

@@ -85,7 +85,7 @@ struct InFlight {
       step = {gather(q[kStepX], rays.source), gather(q[kStepY], rays.source),
               gather(q[kStepZ], rays.source)};
       ray = gather(q.bits(kRay), rays.source);
-      if (s.field.time_field != 0) time = gather(q[kTime], rays.source);
+      if (s.times) time = gather(q[kTime], rays.source);
     }
   }
 
@@ -102,7 +102,7 @@ struct InFlight {
     if (s.many) {
       pack(chosen, step.x, to[kStepX] + n), pack(chosen, step.y, to[kStepY] + n);
       pack(chosen, step.z, to[kStepZ] + n), pack(chosen, ray, to.bits(kRay) + n);
-      if (s.field.time_field != 0) pack(chosen, time, to[kTime] + n);
+      if (s.times) pack(chosen, time, to[kTime] + n);
     }
     to.n += count(chosen);
   }

@@ -20,6 +20,13 @@ inline constexpr std::uint64_t kLamps = 6, kToLamp = 7;
 [[nodiscard]] inline FlightThrough flight_through(const WavefrontScene& s, WavefrontMemory& m,
                                                   const Records& q, std::size_t at, bool left) {
   const Vec3d d(direction_at(q, at));
+  if (s.many && is_within(q.bits(kRay)[at])) {
+    const std::uint32_t instance = instance_within(q.bits(kRay)[at]);
+    const Affine& to_world = s.setup.apart.to_world(instance);
+    const Ray world{to_world.point(cells_at(q, at, kFromX)), d};
+    const double end = length(to_world.point(cells_at(q, at)) - world.o);
+    return {s.volume, world, s.setup.instances->all[instance].in_cells(world), end, q[kTime][at]};
+  }
   if (s.many) {
     const WorldRay& r = m.rays[q.bits(kRay)[at]];
     Instance moved;

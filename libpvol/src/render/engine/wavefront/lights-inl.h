@@ -66,13 +66,14 @@ HWY_NOINLINE Towards sample_sky(const WavefrontScene& s, std::size_t number, Ran
 struct LanePlaces {
   const WavefrontScene& s;
   WorldRays& rays;
-  alignas(64) float at[3][kLanes];
+  alignas(64) float at[3][kLanes], times[kLanes];
   alignas(64) std::uint32_t ray[kLanes];
 
   template <class ComponentKind>
   LanePlaces(const WavefrontScene& scene, WavefrontMemory& m, const Paths<ComponentKind>& p)
       : s(scene), rays(m.rays) {
     store(p.x, at[0]), store(p.y, at[1]), store(p.z, at[2]), store(p.ray, ray);
+    store(p.time, times);
     if (s.many) rays.prefetch(ray, count(p.alive));
   }
   [[nodiscard]] Vec3d in_cells(std::size_t lane) const {
@@ -80,13 +81,20 @@ struct LanePlaces {
     return place - Vec3d(DenseBounds::kBorder);
   }
   [[nodiscard]] Vec3d operator()(std::size_t lane) const {
+    if (s.many && is_within(ray[lane])) {
+      return s.setup.apart.to_world(instance_within(ray[lane])).point(in_cells(lane));
+    }
     if (s.many) return rays[ray[lane]].place;
     return s.volume.cells_to_world.point(in_cells(lane));
   }
   /// Of the path, in frames.
-  [[nodiscard]] float time(std::size_t lane) const { return s.many ? rays[ray[lane]].time : 0; }
+  [[nodiscard]] float time(std::size_t lane) const {
+    if (s.many && is_within(ray[lane])) return times[lane];
+    return s.many ? rays[ray[lane]].time : 0;
+  }
   /// Whether the flight to there brings what the place emits, of rays in the world.
   [[nodiscard]] bool brings_light(std::size_t lane) const {
+    if (is_within(ray[lane])) return true;
     const WorldRay& r = rays[ray[lane]];
     return r.nearest < r.among.direct_until;
   }
@@ -194,6 +202,7 @@ HWY_INLINE void add_shadow_rays(const WavefrontScene& s, WavefrontMemory& m, con
     if (s.limited) pack(on, to.distance, q[kLeft] + q.n);
     if (s.ratio) store(splat(1), q[kPdf] + q.n);
     if (s.many) pack(on, p.ray, q.bits(kRay) + q.n);
+    if (s.times) pack(on, p.time, q[kTime] + q.n);
     U id = (p.id & splat_bits(kMostSlots - 1)) | hn::ShiftLeft<16>(light);
     if (s.orders) {
       const U times = hn::Min(hn::ShiftRight<16>(p.id), splat_bits(2));

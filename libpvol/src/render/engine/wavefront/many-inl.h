@@ -30,10 +30,124 @@ void arrive(const World& w, bool collided, const Waiting& of) {
   go_on<ComponentKind>(w, number, of);
 }
 
+/// A ray of a record that is within an instance, from where its flight began, or from where it is
+/// now.
+[[nodiscard]] inline WorldRay ray_within(const World& w, RayKind kind, const Records& q,
+                                         std::size_t at, std::size_t from) {
+  const std::uint32_t instance = instance_within(q.bits(kRay)[at]);
+  WorldRay r;
+  r.kind = kind, r.time = q[kTime][at];
+  r.ray = {w.setup.apart.to_world(instance).point(cells_at(q, at, from)),
+           Vec3d(direction_at(q, at))};
+  r.begin_within(instance);
+  return r;
+}
+
+/// A ray has left the instance in which it began, which is apart: from now on it is in the world.
+template <class ComponentKind>
+void enter_world(const World& w, const WavefrontScene& s, RayKind kind, const Waiting& of) {
+  const bool lines = s.lines && kind != RayKind::shadow;
+  const std::uint32_t number = w.m.rays.add();
+  WorldRay& r = w.m.rays[number];
+  r = ray_within(w, kind, of.q, of.at, lines ? kFromX : kX);
+  go_on<ComponentKind>(w, number, of);
+}
+
+/// What rays bring on their ways that have collided in the instances in which they began, which
+/// are apart.
+template <class ComponentKind>
+HWY_NOINLINE void add_flights_within(const World& w, RayKind kind) {
+  const Records& q = w.m.arrived;
+  for (std::size_t at = 0; at < q.n; ++at) {
+    const std::uint32_t ray = q.bits(kRay)[at];
+    if (!is_within(ray)) continue;
+    WorldRay r = ray_within(w, kind, q, at, kFromX);
+    r.hit = instance_within(ray);
+    r.cells = {q[kX][at], q[kY][at], q[kZ][at]};
+    r.nearest = length(w.setup.apart.to_world(r.hit).point(cells_at(q, at)) - r.ray.o);
+    const Waiting of{q, at, 0, q.bits(kRng0)[at], q.bits(kRng1)[at]};
+    if (kind == RayKind::to_fire) {
+      add_fire_ray<ComponentKind>(w, r, of);
+    } else {
+      add_flight<ComponentKind>(w, r, of);
+    }
+  }
+}
+
+/// visit(instance, lanes) for each instance, all of which are apart, in which some of these rays
+/// are.
+template <class Visit>
+HWY_INLINE void visit_apart(U ray, M within, const Visit& visit) {
+  alignas(64) std::uint32_t rays[kLanes];
+  store(ray, rays);
+  while (!hn::AllFalse(kF, within)) {
+    const std::uint32_t one = rays[std::countr_zero(bits_of(within))];
+    const M its = hn::And(within, mask(hn::Eq(ray, splat_bits(one))));
+    visit(instance_within(one), its);
+    within = hn::AndNot(its, within);
+  }
+}
+HWY_INLINE M are_within(U ray, M on) {
+  return hn::And(on, mask(hn::Lt(as_int(ray), splat_int(0))));
+}
+
+/// The rows of the importance at collisions from one on, in instances that are apart.
+inline void find_rows(const World& w, Records& hits, std::size_t from) {
+  const CoarseCells& cells = *w.cells;
+  for (std::size_t at = from; at < hits.n; at += kLanes) {
+    const U ray = load(hits.bits(kRay) + at);
+    const auto in_cells = [&](std::size_t f) {
+      return load(hits[f] + at) - splat(float(DenseBounds::kBorder));
+    };
+    const V place{in_cells(kX), in_cells(kY), in_cells(kZ)};
+    U rows = splat_bits(0);
+    visit_apart(ray, first(hits.n - at), [&](std::uint32_t instance, M its) {
+      const Affine map = cells.to_cells * w.setup.apart.to_world(instance);
+      const auto along = [&](int axis) {
+        const F cell =
+            dot(splat(Vec3f(map.m[std::size_t(axis)])), place) + splat(float(map.t[axis]));
+        return to_int(cell) + splat_int(DenseBounds::kBorder);
+      };
+      rows = select(its, as_bits(row_of(cells, along(0), along(1), along(2))), rows);
+    });
+    store(rows, hits.bits(kAux) + at);
+  }
+}
+
+/// Collisions of paths in the instances in which they began, which are apart, are collisions of the
+/// volume at once. The others that have arrived are listed; returns how many these are.
+template <class ComponentKind>
+HWY_NOINLINE std::size_t put_hits_within(const World& w, std::size_t volume,
+                                         std::uint32_t* others) {
+  const WavefrontScene& s = w.scenes[volume];
+  const Records& q = w.m.arrived;
+  Records& to = w.m.hits[volume];
+  to.reserve(q.n + kLanes);
+  const std::size_t from = to.n;
+  std::size_t n = 0;
+  for (std::size_t at = 0; at < q.n; at += kLanes) {
+    const M on = first(q.n - at);
+    const M within = are_within(load(q.bits(kRay) + at), on);
+    const M other = hn::AndNot(within, on);
+    pack(other, hn::Iota(kU, std::uint32_t(at)), others + n);
+    n += count(other);
+    const auto put = [&](std::size_t f) { pack(within, load(q[f] + at), to[f] + to.n); };
+    for (const Field f : {kX, kY, kZ, kDX, kDY, kDZ, kRng0, kRng1, kId}) put(f);
+    for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) put(kW0 + c);
+    if (s.weighted) put(kPdf);
+    if (s.times) put(kTime);
+    if (s.lines) put(kFromX), put(kFromY), put(kFromZ);
+    put(kRay);
+    to.n += count(within);
+  }
+  if (w.cells != nullptr) find_rows(w, to, from);
+  return n;
+}
+
 /// arrive() for records of a queue, those that `which` names or the first.
 template <class ComponentKind>
-HWY_NOINLINE void arrive_all(const World& w, bool collided, const Records& q,
-                             const std::uint32_t* which, std::size_t n) {
+HWY_NOINLINE void arrive_all(const World& w, const WavefrontScene& s, RayKind kind, bool collided,
+                             const Records& q, const std::uint32_t* which, std::size_t n) {
   alignas(64) float depth[kLanes];
   alignas(64) std::uint32_t rng0[kLanes], rng1[kLanes], at[kLanes], rays[kLanes];
   for (std::size_t k = 0; k < n; k += kLanes) {
@@ -46,7 +160,12 @@ HWY_NOINLINE void arrive_all(const World& w, bool collided, const Records& q,
     const std::size_t lanes = std::min(kLanes, n - k);
     w.m.rays.prefetch(rays, lanes);
     for (std::size_t i = 0; i < lanes; ++i) {
-      arrive<ComponentKind>(w, collided, {q, at[i], depth[i], rng0[i], rng1[i]});
+      const Waiting of{q, at[i], depth[i], rng0[i], rng1[i]};
+      if (!is_within(rays[i])) {
+        arrive<ComponentKind>(w, collided, of);
+      } else if (!collided) {
+        enter_world<ComponentKind>(w, s, kind, of);
+      }
     }
   }
 }
@@ -66,31 +185,73 @@ HWY_NOINLINE void fly_in(const World& w, std::size_t volume, RayKind kind) {
     decide(s, m, queue, &m.arrived, tally);
   }
   // What has left is told first: what arrives goes into queues, not into the slice.
-  arrive_all<ComponentKind>(w, false, m.flying, m.events.gone_source.data(), m.events.gone);
-  arrive_all<ComponentKind>(w, true, m.arrived, nullptr, m.arrived.n);
+  arrive_all<ComponentKind>(w, s, kind, false, m.flying, m.events.gone_source.data(),
+                            m.events.gone);
+  const bool scattered = kind == RayKind::path || kind == RayKind::photon;
+  const bool brings_light = kind == RayKind::path || kind == RayKind::to_fire;
+  const bool within = w.setup.apart.any();
+  if (within && s.lines && brings_light) add_flights_within<ComponentKind>(w, kind);
+  if (within && scattered) {
+    m.others.resize(m.arrived.n + kLanes);
+    const std::size_t n = put_hits_within<ComponentKind>(w, volume, m.others.data());
+    arrive_all<ComponentKind>(w, s, kind, true, m.arrived, m.others.data(), n);
+  } else {
+    arrive_all<ComponentKind>(w, s, kind, true, m.arrived, nullptr, m.arrived.n);
+  }
   m.arrived.n = 0;
 }
 
 /// Aims a ray that a collision has made, record `at` of the queue: it flies on from there, as
-/// record `n` of `to`, which has the rest of it.
+/// record `n` of `to`, which has the rest of it. Those that end at a lamp are always in the world:
+/// its distance from a wall that it lies on is exact there.
 inline void aim(const World& w, RayKind kind, const Records& q, std::size_t at, Records& to,
                 std::size_t n) {
-  const std::uint32_t number = w.m.rays.add_from(q.bits(kRay)[at]);
-  WorldRay& r = w.m.rays[number];
+  WorldRays& rays = w.m.rays;
+  const std::uint32_t parent = q.bits(kRay)[at];
+  const bool within = is_within(parent);
+  const std::uint32_t instance = within ? instance_within(parent) : rays[parent].within;
+  const float time = within ? q[kTime][at] : rays[parent].time;
   const Vec3f direction = direction_at(q, at);
-  r.kind = kind, r.ray.d = Vec3d(direction);
+  Instance moved;
+  const Float4 step = w.setup.instances->at_time(instance, double(time), moved).in_cells(direction);
+  for (std::size_t k = 0; k < 3; ++k) to[kStepX + k][n] = step[int(k)];
+  to[kTime][n] = time;
   const bool ends = kind == RayKind::shadow && q[kLeft][at] < 0x1p99f;
+  if (w.setup.apart.hold(instance) && !ends) {
+    to[kLeft][n] = 0x1p100f;
+    to.bits(kRay)[n] = kWithin | instance;
+    return;
+  }
+  const std::uint32_t number = rays.add();
+  WorldRay& r = rays[number];
+  r.kind = kind, r.time = time;
+  r.ray = {within ? w.setup.apart.to_world(instance).point(cells_at(q, at)) : rays[parent].place,
+           Vec3d(direction)};
+  r.begin_within(instance);
   r.limit = ends ? double(q[kLeft][at]) : kEndless;
   if (w.setup.weighs) {
-    w.m.rays.look_ahead(w.setup, r, {q.bits(kRng0)[at], q.bits(kRng1)[at], kAhead}, w.shells);
+    rays.look_ahead(w.setup, r, {q.bits(kRng0)[at], q.bits(kRng1)[at], kAhead}, w.shells);
   }
-  Instance moved;
-  const Float4 step =
-      w.setup.instances->at_time(r.within, double(r.time), moved).in_cells(direction);
-  for (std::size_t k = 0; k < 3; ++k) to[kStepX + k][n] = step[int(k)];
-  to[kTime][n] = r.time;
   to[kLeft][n] = float(std::min(r.end(), 0x1p100));
   to.bits(kRay)[n] = number;
+}
+
+/// The same of those of a register that begin in instances which are apart, and stay there.
+HWY_INLINE void aim_within(const World& w, const Records& q, std::size_t at, M within, Records& to,
+                           std::size_t n) {
+  const U ray = load(q.bits(kRay) + at);
+  const V d = direction_of(q, at);
+  V step{splat(0), splat(0), splat(0)};
+  visit_apart(ray, within, [&](std::uint32_t instance, M its) {
+    const Affine& to_cells = w.setup.instances->all[instance].world_to_cells;
+    const auto along = [&](std::size_t axis) { return dot(splat(Vec3f(to_cells.m[axis])), d); };
+    step = {select(its, along(0), step.x), select(its, along(1), step.y),
+            select(its, along(2), step.z)};
+  });
+  store(step.x, to[kStepX] + n), store(step.y, to[kStepY] + n), store(step.z, to[kStepZ] + n);
+  store(load(q[kTime] + at), to[kTime] + n);
+  store(splat(0x1p100f), to[kLeft] + n);
+  store(ray, to.bits(kRay) + n);
 }
 
 /// Rays that collisions in a volume have made fly on there first: records have their places in its
@@ -98,14 +259,24 @@ inline void aim(const World& w, RayKind kind, const Records& q, std::size_t at, 
 template <class ComponentKind>
 HWY_NOINLINE void aim_all(const World& w, std::size_t volume, RayKind kind, Records& q) {
   Records& to = w.m.queues[volume][std::size_t(kind)];
+  const bool lines = w.scenes[volume].lines;
   to.reserve(q.n + kLanes);
   for (std::size_t at = 0; at < q.n; at += kLanes) {
     const std::size_t lanes = std::min(kLanes, q.n - at), n = to.n;
     const auto copy = [&](std::size_t field) { store(load(q[field] + at), to[field] + n); };
     for (std::size_t field = kX; field < kW0 + ComponentKind::kWeights; ++field) copy(field);
     copy(kPdf);
+    if (lines) copy(kFromX), copy(kFromY), copy(kFromZ);
+    M within = are_within(load(q.bits(kRay) + at), first(lanes));
+    if (kind == RayKind::shadow)
+      within = hn::And(within, hn::Ge(load(q[kLeft] + at), splat(0x1p99f)));
+    if (!hn::AllFalse(kF, within)) aim_within(w, q, at, within, to, n);
     w.m.rays.prefetch(q.bits(kRay) + at, lanes);
-    for (std::size_t i = 0; i < lanes; ++i) aim(w, kind, q, at + i, to, n + i);
+    for (std::uint32_t others = bits_of(hn::AndNot(within, first(lanes))); others != 0;
+         others &= others - 1) {
+      const auto i = std::size_t(std::countr_zero(others));
+      aim(w, kind, q, at + i, to, n + i);
+    }
     to.n += lanes;
   }
   q.n = 0;

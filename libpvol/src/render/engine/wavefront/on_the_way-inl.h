@@ -125,6 +125,7 @@ HWY_NOINLINE void ask_fires(const WavefrontScene& s, WavefrontMemory& m, Paths<C
   if (s.setup.pilot != nullptr) pack(chosen, pdf / ((to.pdf + pdf) * value), q[kPdf] + q.n);
   pack(chosen, p.id, q.bits(kId) + q.n);
   if (s.many) pack(chosen, p.ray, q.bits(kRay) + q.n);
+  if (s.times) pack(chosen, p.time, q[kTime] + q.n);
   q.n += count(chosen);
   m.counts.shadow_rays += count(chosen);
 }

@@ -19,8 +19,8 @@ enum PathField : std::size_t {
   kStepX,
   kStepY,
   kStepZ,  ///< of the ray, in cells of where it flies, per world length
-  kRay,    ///< number of what it is in the world (world_rays.h)
-  kTime,   ///< of its path, in frames, where densities move
+  kRay,    ///< what it is in the world (world_rays.h)
+  kTime,   ///< of its path, in frames, in scenes of WavefrontScene::times
   kPathFields,
 };
 static_assert(kPathFields <= kMostFields);

@@ -44,6 +44,7 @@ struct Paths {
   I component;
   I row;               ///< of the importance
   U ray;               ///< through many volumes
+  F time;              ///< where records have times
   F pixel = splat(1);  ///< importance of theirs
 
   HWY_INLINE Paths(const Records& q, std::size_t at)
@@ -56,7 +57,8 @@ struct Paths {
         id(load(q.bits(kId) + at)),
         component(splat_int(0)),
         row(splat_int(0)),
-        ray(load(q.bits(kRay) + at)) {
+        ray(load(q.bits(kRay) + at)),
+        time(load(q[kTime] + at)) {
     for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) w[c] = load(q[kW0 + c] + at);
   }
 

@@ -66,7 +66,7 @@ HWY_NOINLINE void collide_photons(const WavefrontScene& s, WavefrontMemory& m,
     weaken(s, m, false, p);
     end_faint(p, kPhotonRoulette);
     p.alive = hn::And(p.alive, hn::Gt(p.largest(), splat(0)));
-    put_paths(m, p, splat_int(1), first(0));
+    put_paths(s, m, p, splat_int(1), first(0));
   }
   q.n = 0;
 }

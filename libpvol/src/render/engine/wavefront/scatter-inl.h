@@ -26,6 +26,7 @@ HWY_INLINE void launch(const WavefrontScene& s, const Records& q, std::size_t at
   }
   if (s.weighted) store(pdf, to[kPdf] + n);
   if (s.many) store(load(q.bits(kRay) + at), to.bits(kRay) + n);
+  if (s.times) store(load(q[kTime] + at), to[kTime] + n);
   if (s.lines) {
     store(load(q[kX] + at), to[kFromX] + n), store(load(q[kY] + at), to[kFromY] + n);
     store(load(q[kZ] + at), to[kFromZ] + n);

@@ -248,6 +248,7 @@ struct WavefrontMemory : FlightMemory {
   std::vector<std::vector<Records>> queues;        ///< that wait to fly, by volume and kind
   std::vector<Records> hits;                       ///< collisions of paths, by volume
   Records arrived{kPathFields};                    ///< tentative collisions that were real
+  std::vector<std::uint32_t> others;               ///< of those, what is not within an instance
   Records sent{kPathFields};                       ///< the record of a ray that is about to be sent
   Records met{kPathFields}, meeting{kPathFields};  ///< paths that have met a surface
   /// A shadow ray that is to be sent, with random numbers of its own.

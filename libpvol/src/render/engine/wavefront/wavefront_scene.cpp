@@ -84,13 +84,14 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
                !s.albedo_varies && !s.by_channel &&
                (s.surfaces == nullptr || s.surfaces->are_grey())),
       drawn(s.light.many != nullptr),
-      lines(!many && (s.flights_bring_light() || volume.asks_lamps)) {
+      lines((!many || s.apart.any()) && (s.flights_bring_light() || volume.asks_lamps)) {
   // What is absorbed is in layers.
   emits = s.options.aovs.has(Aov::lights) && largest(s.constant) > 0;
   for (const MediumComponent& m : volume.components) {
     emits = emits || largest(s.albedo_varies ? m.source : m.emitted) > 0;
   }
   count = s.count;
+  times = many && (s.moving || volume.volume.density.motion != nullptr);
   orders = s.options.aovs.has(Aov::scattering);
   counts_collisions = orders || s.max_bounces <= kMostBounces;
   limited = many;
@@ -119,7 +120,8 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
   if (many) {
     fields |= bit(kStepX) | bit(kStepY) | bit(kStepZ) | bit(kRay);
     field.step_field = kStepX;
-    if (volume.volume.density.motion != nullptr) fields |= bit(kTime), field.time_field = kTime;
+    if (times) fields |= bit(kTime);
+    if (volume.volume.density.motion != nullptr) field.time_field = kTime;
   }
   along = lines && (s.light.met_on_flights || volume.asks_lamps ||
                     (s.emission != nullptr && !s.emission->lines.sources.empty()));

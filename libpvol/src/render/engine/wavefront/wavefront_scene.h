@@ -61,8 +61,8 @@ struct WavefrontScene {
 
   std::vector<SimdLight> lights;  ///< those of the scene; then the sky, if it is sampled
   bool drawn;  ///< whether they are so many that of the scene's some are drawn at a collision
-  bool lines;  ///< whether flights through one volume bring light on their way or ask lamps, and
-               ///< note where they begin
+  bool lines;  ///< whether records note where flights begin that bring light on their way or ask
+               ///< lamps: through one volume, or in instances that are apart
   bool along;  ///< whether they bring any before they collide, or ask lamps
   bool fire_in_lanes;  ///< whether lanes find what a fire brings at collisions
   bool lines_outside;  ///< whether they bring any outside of its box
@@ -74,6 +74,7 @@ struct WavefrontScene {
   bool count;          ///< whether work is counted
   bool counts_collisions;  ///< whether paths count their own
   bool orders;             ///< whether light is told apart by how often it was scattered
+  bool times;              ///< whether records have those of their paths
   std::uint32_t fields;    ///< bits of those that rays of the scene have
   bool dark_sky;           ///< whether rays that leave after a scattering bring nothing
 

@@ -235,6 +235,23 @@ void add_last_emission(const World& w, const WorldRay& r, const Waiting& of) {
   });
 }
 
+/// What a path's flight brings on its way.
+template <class ComponentKind>
+void add_flight(const World& w, const WorldRay& r, const Waiting& of) {
+  if (w.setup.flights_bring_light()) add_line<ComponentKind>(w, r, of);
+  if (r.among.scatters && !w.setup.lamps.all.empty()) ask_lamps<ComponentKind>(w, r, of);
+}
+
+/// What a ray towards a fire brings to the path that has asked.
+template <class ComponentKind>
+void add_fire_ray(const World& w, const WorldRay& r, const Waiting& of) {
+  Rng rng = of.stream(kOnTheWay);
+  add_fire(w.setup, w.m, of.q, of.at,
+           emission_of(w.setup, line_of(w, r, of.q, of.at),
+                       Along{w.scenes, rng, kFewerWhereScattered}) *
+               weight_at<ComponentKind>(of.q, of.at));
+}
+
 /// A ray has met all that lies on its way: its nearest collision, a surface, its light, or nothing.
 template <class ComponentKind>
 void finish_ray(const World& w, std::uint32_t number, const Waiting& of) {
@@ -246,17 +263,11 @@ void finish_ray(const World& w, std::uint32_t number, const Waiting& of) {
     return m.rays.remove(number);
   }
   if (r.kind == RayKind::to_fire) {
-    Rng rng = of.stream(kOnTheWay);
-    add_fire(w.setup, m, of.q, of.at,
-             emission_of(w.setup, line_of(w, r, of.q, of.at),
-                         Along{w.scenes, rng, kFewerWhereScattered}) *
-                 weight_at<ComponentKind>(of.q, of.at));
+    add_fire_ray<ComponentKind>(w, r, of);
     return m.rays.remove(number);
   }
   const bool brings_light = r.kind != RayKind::photon;
-  if (brings_light && w.setup.flights_bring_light()) add_line<ComponentKind>(w, r, of);
-  if (brings_light && r.among.scatters && !w.setup.lamps.all.empty())
-    ask_lamps<ComponentKind>(w, r, of);
+  if (brings_light) add_flight<ComponentKind>(w, r, of);
   if (!r.collides() && r.among.surface.material != nullptr) {
     put_ended(r, number, of, m.met);
     return;

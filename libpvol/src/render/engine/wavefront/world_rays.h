@@ -94,6 +94,12 @@ struct alignas(64) WorldRay {
     float factor = 1;
   } among{};
 
+  /// It begins in an instance, through which it flies first.
+  void begin_within(std::uint32_t instance) {
+    within = instance;
+    visits.add(0, instance);
+    next = 1;
+  }
   [[nodiscard]] double end() const { return std::min(nearest, limit); }
   /// Whether it ends by a collision.
   [[nodiscard]] bool collides() const { return hit != kNowhere; }
@@ -162,6 +168,13 @@ void visit_instances(const PathSetup& s, const Ray& ray, float time, double end,
   });
 }
 
+/// What a record has of its ray in the world is the number of a WorldRay; but of a ray that a
+/// collision made in an instance which is apart (apart.h), and that has not left it, the number of
+/// the instance with this bit: nothing else of the scene bears on it.
+inline constexpr std::uint32_t kWithin = 1u << 31;
+[[nodiscard]] inline bool is_within(std::uint32_t ray) { return (ray & kWithin) != 0; }
+[[nodiscard]] inline std::uint32_t instance_within(std::uint32_t ray) { return ray & ~kWithin; }
+
 /// Those that are on their way, by number.
 class WorldRays {
  public:
@@ -178,17 +191,10 @@ class WorldRays {
     r.visits.clear();
     return number;
   }
-  /// The same from where another one has collided, which flies on in that instance.
-  [[nodiscard]] std::uint32_t add_from(std::uint32_t parent) {
-    const std::uint32_t number = add();
-    const WorldRay& from = all_[parent];
-    WorldRay& r = all_[number];
-    r.ray.o = from.place, r.time = from.time, r.within = from.within;
-    r.visits.add(0, from.within);
-    r.next = 1;
-    return number;
+  /// Of those that are within an instance there is nothing to remove.
+  void remove(std::uint32_t number) {
+    if (!is_within(number)) free_.push_back(number);
   }
-  void remove(std::uint32_t number) { free_.push_back(number); }
   void clear() {
     free_.clear();
     for (std::size_t i = all_.size(); i > 0; --i) free_.push_back(std::uint32_t(i - 1));
@@ -198,6 +204,7 @@ class WorldRays {
   void prefetch(const std::uint32_t* numbers, std::size_t n) const {
     constexpr std::size_t kLine = 64, kLines = 4;
     for (std::size_t i = 0; i < n; ++i) {
+      if (is_within(numbers[i])) continue;
       const char* const at = reinterpret_cast<const char*>(&all_[numbers[i]]);
       for (std::size_t line = 0; line < kLines; ++line) __builtin_prefetch(at + line * kLine);
     }

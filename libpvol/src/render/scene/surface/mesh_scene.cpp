@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "pvol/error.h"
+#include "render/scene/meet_boxes.h"
 
 namespace pvol::detail {
 namespace {
@@ -49,9 +50,9 @@ struct MeshScene::Embree {
   Embree& operator=(const Embree&) = delete;
 
   void add(const PlacedMesh& m, Vec3d centre, double scale);
-  [[nodiscard]] Vec3d vertex(const RTCHit& hit, std::size_t corner) const {
-    const std::uint32_t* triangle = triangles[hit.geomID] + std::size_t(hit.primID) * 3;
-    const float* v = vertices[hit.geomID] + std::size_t(triangle[corner]) * 3;
+  [[nodiscard]] Vec3d vertex(std::uint32_t mesh, std::uint32_t number, std::size_t corner) const {
+    const std::uint32_t* triangle = triangles[mesh] + std::size_t(number) * 3;
+    const float* v = vertices[mesh] + std::size_t(triangle[corner]) * 3;
     return {double(v[0]), double(v[1]), double(v[2])};
   }
 };
@@ -128,8 +129,10 @@ std::optional<MeshScene::Hit> MeshScene::first_hit(const Ray& ray, double limit)
   rtcInitIntersectContext(&context);
   rtcIntersect1(embree_->scene, &context, &found);
   if (found.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-  const Vec3d a = embree_->vertex(found.hit, 0);
-  const Vec3d u = embree_->vertex(found.hit, 1) - a, v = embree_->vertex(found.hit, 2) - a;
+  const auto vertex = [&](std::size_t corner) {
+    return embree_->vertex(found.hit.geomID, found.hit.primID, corner);
+  };
+  const Vec3d a = vertex(0), u = vertex(1) - a, v = vertex(2) - a;
   const Vec3d normal = cross(u, v);
   const double exact = dot(normal, a - q->ray.o) / dot(normal, q->ray.d);
   const auto rough = double(found.ray.tfar);
@@ -147,6 +150,31 @@ bool MeshScene::blocks(const Ray& ray, double limit) const {
   rtcInitIntersectContext(&context);
   rtcOccluded1(embree_->scene, &context, &q->embree);
   return q->embree.tfar < 0;
+}
+
+bool MeshScene::may_reach(const Box& box) const {
+  if (!meet(box, box_)) return false;
+  struct Search {
+    const Embree& embree;
+    Box box;  // in Embree's frame
+    bool found;
+  } search{*embree_, {(box.lo - centre_) * scale_, (box.hi - centre_) * scale_}, false};
+  const auto look_at = [](RTCPointQueryFunctionArguments* at) {
+    auto& s = *static_cast<Search*>(at->userPtr);
+    Box triangle;
+    for (std::size_t k = 0; k < 3; ++k)
+      triangle = extend(triangle, s.embree.vertex(at->geomID, at->primID, k));
+    if (!meet(triangle, s.box)) return false;
+    s.found = true, at->query->radius = 0;
+    return true;  // nothing is nearer than that
+  };
+  const Vec3f middle(search.box.centre());
+  const auto reach = float(length(search.box.extent()));  // twice as far as its corners
+  RTCPointQuery query{middle.x, middle.y, middle.z, 0, reach};
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(embree_->scene, &query, &context, look_at, &search);
+  return search.found;
 }
 
 }  // namespace pvol::detail

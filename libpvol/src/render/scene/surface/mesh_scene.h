@@ -40,6 +40,8 @@ class MeshScene {
   [[nodiscard]] std::optional<Hit> first_hit(const Ray& ray, double limit) const;
   /// Whether there is one.
   [[nodiscard]] bool blocks(const Ray& ray, double limit) const;
+  /// Whether the box around any triangle meets this one.
+  [[nodiscard]] bool may_reach(const Box& box) const;
 
  private:
   struct Embree;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "pvol/error.h"
+#include "render/scene/meet_boxes.h"
 
 namespace pvol {
 namespace {
@@ -244,6 +245,19 @@ bool SurfaceSet::block(const Ray& ray, double limit, float time) const {
                              [&](const Plane& p) { return meet(p, ray, limit).has_value(); }) ||
          std::ranges::any_of(bodies_, in_way) || (meshes_ && meshes_->blocks(ray, limit)) ||
          std::ranges::any_of(moving_meshes_, in_way);
+}
+
+bool SurfaceSet::may_reach(const Box& box) const {
+  const auto cuts = [&](const Plane& p) {
+    const Vec3d half = box.extent() * 0.5;
+    const Vec3d n(std::abs(p.normal.x), std::abs(p.normal.y), std::abs(p.normal.z));
+    return std::abs(dot(box.centre() - p.point, p.normal)) <= dot(half, n);
+  };
+  const auto holds = [&](const PlacedBody& b) {
+    return b.place.open || detail::meet(transform(b.place.still.to_world, b.body->box()), box);
+  };
+  return std::ranges::any_of(planes_, cuts) || std::ranges::any_of(bodies_, holds) ||
+         (meshes_ && meshes_->may_reach(box)) || !moving_meshes_.empty();
 }
 
 std::shared_ptr<const Surfaces> make_surfaces(std::span<const Surface> surfaces,

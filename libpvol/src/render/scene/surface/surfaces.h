@@ -43,6 +43,8 @@ class SurfaceSet {
   [[nodiscard]] bool block(const Ray& ray, double limit, float time) const;
   /// Whether some are elsewhere at another time of the shutter.
   [[nodiscard]] bool move() const { return move_; }
+  /// False only where none reaches into a box of the world at any time of the shutter.
+  [[nodiscard]] bool may_reach(const Box& box) const;
 
   /// Whether the camera sees shadows alone of some.
   [[nodiscard]] bool catch_shadows() const { return catch_shadows_; }
@@ -120,6 +122,10 @@ struct Surfaces {
   [[nodiscard]] bool hide(const Ray& ray, double distance, float time) const {
     constexpr double kUpTo = 1 - 1e-6;
     return shadow->block(ray, distance * kUpTo, time);
+  }
+  /// False only where none of any kind reaches into a box of the world while the shutter is open.
+  [[nodiscard]] bool may_reach(const Box& box) const {
+    return camera->may_reach(box) || shadow->may_reach(box) || scattered->may_reach(box);
   }
   [[nodiscard]] bool move() const { return camera->move() || shadow->move() || scattered->move(); }
   /// Whether scattered rays meet others than those that cast shadows.
