@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "pvol/render/placement.h"
+#include "pvol/volume/facts.h"
 #include "render/path/path_setup.h"
 #include "support/meshes.h"
 #include "support/moving_places.h"
@@ -85,6 +86,37 @@ TEST(Apart, AreThoseThatLanesServeWhereNothingMoves) {
   s.surfaces.pop_back();
   s.options.kernel = KernelKind::scalar;
   EXPECT_EQ(apart(s), "0");
+}
+
+/// Flights in lanes end where their cubes do, a little beyond the cloud's box: a black floor there
+/// takes the light from below, and a cloud there that of the first one, however near they lie.
+TEST(Apart, LoseNothingOfWhatLiesJustBeyondTheBox) {
+  proof::Family family;
+  proof::Moments all;
+  std::uint64_t seed = 90;
+  CloudScene s = cloud_scene();
+  s.options.guide = GuideUse::off;
+  s.medium.extinction = 0.1;
+  s.lights.clear();
+  s.environment = ConstantSky{Rgb(1.0f)};
+  const Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
+  const Box box = world_box({&v, 1});
+  for (const double beyond : {0.2, 0.7, 1.5, 3.0, 5.0, 9.0}) {
+    s.surfaces = {PlaneSurface{{0, box.lo.y - beyond, 0}, {0, 1, 0}, {Rgb(0.0f)}}};
+    const auto picture = [&](KernelKind kernel) {
+      CloudScene own = s;
+      own.options.kernel = kernel;
+      own.options.samples = proof::samples(6000);
+      own.options.seed = ++seed;
+      return run(cloud(), own).film;
+    };
+    const Film lanes = picture(KernelKind::automatic), scalar = picture(KernelKind::scalar);
+    const std::string name = std::to_string(beyond) + " beyond";
+    compare(lanes, scalar, name, family);
+    all.add(compare(average(lanes), average(scalar), name + ", again", family));
+  }
+  add_all_together(all, family);
+  EXPECT_TRUE(family.passes());
 }
 
 /// A small black ball in a corner of the cloud's box, where there is no cloud, is all that is

@@ -45,8 +45,8 @@ ApartInstances::ApartInstances(std::span<const VolumeSetup> volumes, const Insta
   for (std::size_t i = 0; i < boxes.size(); ++i) {
     const bool moves = instances.moves() && instances.motion[i].place != nullptr;
     const bool in_lanes = !volumes[instances.all[i].volume].one_by_one;
-    const bool reached = surfaces != nullptr && surfaces->may_reach(boxes[i]);
-    if (moves || !in_lanes || reached) apart_[i] = 0;
+    const bool may_be = apart_[i] != 0 && !moves && in_lanes && !boxes[i].empty();
+    apart_[i] = may_be && (surfaces == nullptr || !surfaces->may_reach(boxes[i]));
   }
   if (std::ranges::find(apart_, 1) == apart_.end()) *this = {};
 }

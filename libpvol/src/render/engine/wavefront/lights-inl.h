@@ -94,7 +94,7 @@ struct LanePlaces {
   }
   /// Whether the flight to there brings what the place emits, of rays in the world.
   [[nodiscard]] bool brings_light(std::size_t lane) const {
-    if (is_within(ray[lane])) return true;
+    if (is_within(ray[lane])) return true;  // no surface comes before it
     const WorldRay& r = rays[ray[lane]];
     return r.nearest < r.among.direct_until;
   }

@@ -30,17 +30,29 @@ void arrive(const World& w, bool collided, const Waiting& of) {
   go_on<ComponentKind>(w, number, of);
 }
 
-/// A ray of a record that is within an instance, from where its flight began, or from where it is
-/// now.
+/// A ray of a record that is within an instance, from a place in its cells.
 [[nodiscard]] inline WorldRay ray_within(const World& w, RayKind kind, const Records& q,
-                                         std::size_t at, std::size_t from) {
+                                         std::size_t at, Vec3d from) {
   const std::uint32_t instance = instance_within(q.bits(kRay)[at]);
   WorldRay r;
   r.kind = kind, r.time = q[kTime][at];
-  r.ray = {w.setup.apart.to_world(instance).point(cells_at(q, at, from)),
-           Vec3d(direction_at(q, at))};
+  r.ray = {w.setup.apart.to_world(instance).point(from), Vec3d(direction_at(q, at))};
   r.begin_within(instance);
   return r;
+}
+
+/// The place of a record that has left the instance in which it began, in its cells: lanes fly to
+/// the ends of their cubes, and may be beyond the box of the support, where something else may be.
+/// Then it is where the ray has left that box.
+[[nodiscard]] inline Vec3d last_place_within(const World& w, const WavefrontScene& s,
+                                             const Records& q, std::size_t at) {
+  const Vec3d place = cells_at(q, at);
+  const Box box = s.volume.volume.density.octree.support();
+  if (box.contains(place)) return place;
+  const Instance& instance = w.setup.instances->all[instance_within(q.bits(kRay)[at])];
+  const Vec3d back = -instance.world_to_cells.vector(Vec3d(direction_at(q, at)));
+  const auto span = intersect(box, {place, back}, 0, kEndless);
+  return span ? place + back * span->t0 : max(box.lo, min(place, box.hi));
 }
 
 /// A ray has left the instance in which it began, which is apart: from now on it is in the world.
@@ -49,7 +61,8 @@ void enter_world(const World& w, const WavefrontScene& s, RayKind kind, const Wa
   const bool lines = s.lines && kind != RayKind::shadow;
   const std::uint32_t number = w.m.rays.add();
   WorldRay& r = w.m.rays[number];
-  r = ray_within(w, kind, of.q, of.at, lines ? kFromX : kX);
+  r = ray_within(w, kind, of.q, of.at,
+                 lines ? cells_at(of.q, of.at, kFromX) : last_place_within(w, s, of.q, of.at));
   go_on<ComponentKind>(w, number, of);
 }
 
@@ -61,7 +74,7 @@ HWY_NOINLINE void add_flights_within(const World& w, RayKind kind) {
   for (std::size_t at = 0; at < q.n; ++at) {
     const std::uint32_t ray = q.bits(kRay)[at];
     if (!is_within(ray)) continue;
-    WorldRay r = ray_within(w, kind, q, at, kFromX);
+    WorldRay r = ray_within(w, kind, q, at, cells_at(q, at, kFromX));
     r.hit = instance_within(ray);
     r.cells = {q[kX][at], q[kY][at], q[kZ][at]};
     r.nearest = length(w.setup.apart.to_world(r.hit).point(cells_at(q, at)) - r.ray.o);
@@ -189,9 +202,9 @@ HWY_NOINLINE void fly_in(const World& w, std::size_t volume, RayKind kind) {
                             m.events.gone);
   const bool scattered = kind == RayKind::path || kind == RayKind::photon;
   const bool brings_light = kind == RayKind::path || kind == RayKind::to_fire;
-  const bool within = w.setup.apart.any();
-  if (within && s.lines && brings_light) add_flights_within<ComponentKind>(w, kind);
-  if (within && scattered) {
+  const bool any_apart = w.setup.apart.any();
+  if (any_apart && s.lines && brings_light) add_flights_within<ComponentKind>(w, kind);
+  if (any_apart && scattered) {
     m.others.resize(m.arrived.n + kLanes);
     const std::size_t n = put_hits_within<ComponentKind>(w, volume, m.others.data());
     arrive_all<ComponentKind>(w, s, kind, true, m.arrived, m.others.data(), n);

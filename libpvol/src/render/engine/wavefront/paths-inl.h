@@ -44,7 +44,7 @@ struct Paths {
   I component;
   I row;               ///< of the importance
   U ray;               ///< through many volumes
-  F time;              ///< where records have times
+  F time;              ///< of those within an instance, where records have times
   F pixel = splat(1);  ///< importance of theirs
 
   HWY_INLINE Paths(const Records& q, std::size_t at)

@@ -158,7 +158,9 @@ bool MeshScene::may_reach(const Box& box) const {
     const Embree& embree;
     Box box;  // in Embree's frame
     bool found;
-  } search{*embree_, {(box.lo - centre_) * scale_, (box.hi - centre_) * scale_}, false};
+  } search{*embree_, {}, false};
+  const Vec3d rim(kMeshClearance);  // what vertices and the middle are off by
+  search.box = {(box.lo - centre_) * scale_ - rim, (box.hi - centre_) * scale_ + rim};
   const auto look_at = [](RTCPointQueryFunctionArguments* at) {
     auto& s = *static_cast<Search*>(at->userPtr);
     Box triangle;
