@@ -36,6 +36,13 @@ std::shared_ptr<const AlbedoField> stripes() {
   }));
 }
 
+/// A dim picture of a sky with one bright pixel.
+ImageSky bright_at(int x, int y, int width, int height) {
+  ImageSky sky{width, height, std::vector<Rgb>(std::size_t(width * height), Rgb(0.02f))};
+  sky.pixels.edit()[std::size_t(y * width + x)] = {90, 70, 40};
+  return sky;
+}
+
 std::vector<Shot> shots(GuideUse first = GuideUse::on) {
   std::vector<Shot> all;
   const auto add = [&](const std::string& name, const auto& change, const auto& fill) {
@@ -112,6 +119,24 @@ std::vector<Shot> shots(GuideUse first = GuideUse::on) {
         s.options.line_emission = LineEmission::on;
       },
       grey);
+  const auto under = [&](const std::string& name, const Environment& sky) {
+    add(
+        name,
+        [&](CloudScene& s) {
+          s.lights.clear();
+          s.environment = sky;
+          s.medium.g = 0;  // less noise
+        },
+        grey);
+  };
+  ImageSky aslant = bright_at(0, 2, 16, 8);
+  aslant.rotation = 70;
+  aslant.up = {0.5, -0.8, 0.2};
+  under("a picture aslant", aslant);
+  under("a picture bright at its pole", bright_at(4, 0, 9, 15));
+  under("a picture of one row", bright_at(2, 0, 5, 1));
+  under("a picture bright below", bright_at(6, 11, 9, 15));
+  under("a clear sky with a low sun", ClearSky{.elevation = 2});
   return all;
 }
 

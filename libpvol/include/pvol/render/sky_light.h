@@ -16,6 +16,8 @@ namespace pvol {
 /// A constant or gradient sky is found well enough by scattered rays and is not sampled. Copies
 /// share the picture.
 class SkyLight {
+  using Picture = std::shared_ptr<const SkyPicture>;
+
  public:
   /// A clear sky is computed here, in this space; its sun is not of it, see lighting.h.
   explicit SkyLight(const Environment& environment, ColorSpace space = ColorSpace::rec709);
@@ -25,6 +27,11 @@ class SkyLight {
   [[nodiscard]] bool is_constant() const { return std::holds_alternative<ConstantSky>(sky_); }
   /// Whether `sample` is worth a shadow ray.
   [[nodiscard]] bool sampled() const { return picture() != nullptr && picture()->sampled(); }
+  /// Null for a constant or gradient sky.
+  [[nodiscard]] const SkyPicture* picture() const {
+    const Picture* shared = std::get_if<Picture>(&sky_);
+    return shared != nullptr ? shared->get() : nullptr;
+  }
   /// Of a sky that is sampled.
   [[nodiscard]] LightSample sample(Rng& rng) const { return picture()->sample(rng); }
   /// Of a sky that is sampled: luminance averaged over all directions.
@@ -60,12 +67,6 @@ class SkyLight {
   [[nodiscard]] Patches patches() const;
   [[nodiscard]] Vec3f direction_at(double across, double down) const;
   [[nodiscard]] static double solid_angle(double top, double bottom);
-
-  using Picture = std::shared_ptr<const SkyPicture>;
-  [[nodiscard]] const SkyPicture* picture() const {
-    const Picture* shared = std::get_if<Picture>(&sky_);
-    return shared != nullptr ? shared->get() : nullptr;
-  }
 
   std::variant<ConstantSky, GradientSky, Picture> sky_;
   Vec3f up_;  // of a gradient

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "pvol/math/rng.h"
@@ -39,6 +40,30 @@ class SkyPicture {
 
   [[nodiscard]] int width() const { return image_.width; }
   [[nodiscard]] int height() const { return image_.height; }
+  /// One of as many as there are pixels, equally likely: its own pixel where a random number of 32
+  /// bits is not above `own`, else another (Walker 1977).
+  struct Bin {
+    std::uint32_t own, other;
+  };
+  /// The upper edge of a row of pixels and how far its lower edge is from that, as 1 - |cos| of the
+  /// angle to the nearer pole: floats hold that exactly enough where |cos| is nearly 1.
+  struct Row {
+    float from, extent;
+  };
+  /// What samples are made of, for those who make many at once.
+  struct Tables {
+    int width, height;
+    int upper_rows;           ///< whose nearer pole is the upper one
+    float rotation;           ///< in turns
+    Vec3f x, y, z;            ///< rows of the map from the picture's axes to the world
+    const Rgb* pixels;        ///< radiances
+    const float* weights;     ///< by which smooth pixels are chosen; null: by their luminance
+    float pdf_per_luminance;  ///< density per steradian of a pixel that is chosen by luminance 1
+    std::span<const Bin> bins;
+    const Row* rows;
+  };
+  [[nodiscard]] Tables tables() const;
+
   /// Of a place in the picture, over its width from the left and its height from above.
   [[nodiscard]] Vec3f direction_at(double across, double down) const;
 
@@ -50,14 +75,10 @@ class SkyPicture {
   struct Place {
     float x, y;
   };
-  /// Of as many as there are pixels, equally likely: its own pixel where a random number is below
-  /// `own`, else another (Walker 1977).
-  struct Bin {
-    std::uint32_t own, other;
-  };
   [[nodiscard]] static std::vector<Bin> make_bins(std::vector<double> shares);
   [[nodiscard]] Place place_of(Vec3f direction) const;
   [[nodiscard]] Pixel pixel_at(Vec3f direction) const;
+  [[nodiscard]] int upper_rows() const { return (image_.height + 1) / 2; }
   [[nodiscard]] std::size_t index(int x, int y) const {
     return std::size_t(y) * std::size_t(image_.width) + std::size_t(x);
   }
@@ -69,12 +90,12 @@ class SkyPicture {
   ImageSky image_;               // pixels are radiances: times the scale
   const Rgb* pixels_ = nullptr;  // those, which copies share: one step nearer for every look-up
   bool smooth_;
-  float rotation_ = 0;          // in turns
-  bool turned_ = false;         // whether the picture's upper edge is not +y
-  Vec3f x_, y_, z_;             // its axes in the world, where it is turned
-  std::vector<float> weights_;  // of smooth pixels, by which they are chosen
-  std::vector<Bin> bins_;       // one for each pixel
-  std::vector<double> row_y_;   // height + 1 values of cos(theta) at the rows' borders
+  float rotation_ = 0;                          // in turns
+  bool turned_ = false;                         // whether the picture's upper edge is not +y
+  Vec3f x_{1, 0, 0}, y_{0, 1, 0}, z_{0, 0, 1};  // its axes in the world
+  std::vector<float> weights_;                  // of smooth pixels, by which they are chosen
+  std::vector<Bin> bins_;
+  std::vector<Row> rows_;
   float mean_luminance_ = 0, largest_luminance_ = 0;
   double pdf_per_luminance_ = 0;
 };

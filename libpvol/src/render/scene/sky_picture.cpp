@@ -31,11 +31,18 @@ SkyPicture::SkyPicture(ImageSky image, SkyPixels pixels)
     for (Rgb& p : image_.pixels.edit()) p = p * image_.scale;
   }
   pixels_ = image_.pixels.begin();
-  for (int y = 0; y <= height; ++y) row_y_.push_back(std::cos(pi * y / height));
   std::vector<double> shares(image_.pixels.size());
   double sum = 0;
   for (int y = 0; y < height; ++y) {
-    const double solid_angle = row_y_[std::size_t(y)] - row_y_[std::size_t(y) + 1];
+    // 1 - cos of the angles of the row's edges to the nearer pole.
+    const bool upper = y < upper_rows();
+    const auto at_edge = [&](int edge) {
+      const double half_sine = std::sin(pi / 2 * (upper ? edge : height - edge) / height);
+      return 2 * half_sine * half_sine;
+    };
+    const double from = at_edge(y), extent = at_edge(y + 1) - from;
+    rows_.push_back({float(from), float(extent)});
+    const double solid_angle = std::abs(extent);
     for (int x = 0; x < width; ++x) {
       const float luminance = weight(x, y);
       sum += shares[index(x, y)] = double(luminance) * solid_angle;
@@ -133,17 +140,33 @@ LightSample SkyPicture::sample(Rng& rng) const {
   const std::uint32_t pixel = own ? bin : bins_[bin].other, width = std::uint32_t(image_.width);
   const int y = int(pixel / width), x = int(pixel % width);
   // Uniform in the pixel's solid angle: cos(theta) and azimuth are uniform.
-  const double top = row_y_[std::size_t(y)], bottom = row_y_[std::size_t(y) + 1];
+  const Row row = rows_[std::size_t(y)];
   const auto [along, around] = rng.uniform2();
-  const double cosine = top + (bottom - top) * double(along);
-  const float sine = float(std::sqrt(std::max(0.0, 1 - cosine * cosine)));
+  const float v = row.from + row.extent * along, cosine = y < upper_rows() ? 1 - v : v - 1;
+  const float sine = std::sqrt(v * (2 - v));
   const double turns = (x + double(around)) / image_.width + double(rotation_);
   const CirclePoint azimuth = point_at_turns(float(turns < 1 ? turns : turns - 1));
-  Vec3f d(sine * azimuth.cosine, float(cosine), sine * azimuth.sine);
+  Vec3f d(sine * azimuth.cosine, cosine, sine * azimuth.sine);
   if (turned_) d = x_ * d.x + y_ * d.y + z_ * d.z;
   if (!smooth_) return {d, at(x, y), pixel_pdf({x, y})};
-  const float down = 2 * turns_of(sine, float(cosine));
+  const float down = 2 * turns_of(sine, cosine);
   return {d, mixed({float(x) + around, down * float(image_.height)}), pixel_pdf({x, y})};
+}
+
+SkyPicture::Tables SkyPicture::tables() const {
+  const auto row = [&](int axis) { return Vec3f(x_[axis], y_[axis], z_[axis]); };
+  return {.width = image_.width,
+          .height = image_.height,
+          .upper_rows = upper_rows(),
+          .rotation = rotation_,
+          .x = row(0),
+          .y = row(1),
+          .z = row(2),
+          .pixels = pixels_,
+          .weights = smooth_ ? weights_.data() : nullptr,
+          .pdf_per_luminance = float(pdf_per_luminance_),
+          .bins = bins_,
+          .rows = rows_.data()};
 }
 
 Vec3f SkyPicture::direction_at(double across, double down) const {

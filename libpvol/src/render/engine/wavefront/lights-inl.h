@@ -8,6 +8,7 @@
 #endif
 
 #include "render/engine/wavefront/lamps-inl.h"
+#include "render/engine/wavefront/sky-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
@@ -50,16 +51,13 @@ struct TowardsByLane {
   }
 };
 
-/// Samples a picture of a sky, lane by lane. `number` is that of the sky among the lights.
-HWY_NOINLINE Towards sample_sky(const WavefrontScene& s, std::size_t number, Random& rng) {
-  const LaneStreams streams(rng);
-  TowardsByLane to;
-  for (std::size_t k = 0; k < kLanes; ++k) {
-    Rng own = streams.of(k, number);
-    const LightSample l = s.setup.light.sky.sample(own);
-    to.set(k, l, l.radiance - s.setup.constant, 1);
-  }
-  return to.in_lanes();
+/// Samples the picture of a sky.
+HWY_NOINLINE Towards sample_sky(const WavefrontScene& s, Random& rng) {
+  const PictureSample l = sample_picture(s.setup.light.sky.picture()->tables(), rng);
+  const Rgb constant = s.setup.constant;
+  const V radiance{l.radiance.x - splat(constant.x), l.radiance.y - splat(constant.y),
+                   l.radiance.z - splat(constant.z)};
+  return {l.direction, radiance, l.pdf, splat(0x1p100f), splat(1)};
 }
 
 /// The places of paths in the world, lane by lane.
@@ -159,7 +157,7 @@ HWY_INLINE Towards sample_light(const WavefrontScene& s, WavefrontMemory& m, std
   }
   if (l.kind == SimdLight::Kind::point) return sample_point(s, l, p);
   if (l.kind == SimdLight::Kind::other) return sample_other(s, m, light, p, rng);
-  return sample_sky(s, light, rng);
+  return sample_sky(s, rng);
 }
 
 /// Shadow rays to lights, as `shadowed` draws them; `importance` is that of a ray there.

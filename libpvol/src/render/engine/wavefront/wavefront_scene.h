@@ -35,7 +35,7 @@ struct SimdLight {
     disc,   ///< uniform over a disc in the sky
     point,  ///< from a place
     other,  ///< from a place of its own, one lane at a time
-    sky,    ///< by its picture, one lane at a time
+    sky,    ///< by its picture
   };
   Kind kind = Kind::sky;
   Vec3f direction{};               ///< of delta and disc
