@@ -22,13 +22,6 @@ Vec3d random_point(Rng& rng, double reach) {
   return (Vec3d(double(x), double(y), double(z)) - Vec3d(0.5)) * (2 * reach);
 }
 
-MeshSurface mesh_surface(TriangleMesh mesh, const Affine& place = {}) {
-  MeshSurface m;
-  m.mesh = std::make_shared<const TriangleMesh>(std::move(mesh));
-  m.place.matrix = place;
-  return m;
-}
-
 TEST(Surfaces, APlaneIsMetFromEitherSide) {
   const Surface all[] = {PlaneSurface{{0, 2, 0}, {0, 3, 0}, {}}};
   const SurfaceSet s(all, {});
@@ -81,7 +74,7 @@ TEST(Surfaces, MeshesAreMetWhereTheirTrianglesAre) {
   // As it is, and far from the origin, turned and stretched: Embree's floats stand around it.
   const Affine far{{Vec3d(0, -2, 0), Vec3d(3, 0, 0.5), Vec3d(0, 0.3, 1)}, {3e6, -2e6, 1e6}};
   for (const Affine& place : {Affine{}, far}) {
-    const Surface all[] = {mesh_surface(soup, place)};
+    const Surface all[] = {test::mesh_surface(soup, place)};
     const SurfaceSet s(all, {});
     int hits = 0;
     for (int n = 0; n < 4000; ++n) {
@@ -106,7 +99,7 @@ TEST(Surfaces, MeshesAreMetWhereTheirTrianglesAre) {
 TEST(Surfaces, NothingLeaksOutOfAClosedMesh) {
   const TriangleMesh ball = test::ball_mesh(24);
   const Affine place = translation({1e5, 2, -3}) * scaling({40, 1, 7});
-  const Surface all[] = {mesh_surface(ball, place)};
+  const Surface all[] = {test::mesh_surface(ball, place)};
   const SurfaceSet s(all, {});
   Rng rng(6, 0, 0);
   for (int n = 0; n < 100'000; ++n) {
@@ -126,7 +119,7 @@ TEST(Surfaces, PlacesLieOnTheSideThatTheRayCameFrom) {
   solid.body = std::make_shared<const Body>(FreeForm{unit_ball(), {}});
   solid.place.matrix = translation({700, 0, 0}) * scaling({3, 0.2, 1});
   const Surface kinds[] = {BallSurface{{0, 1e4, 5}, 2.5, {}}, solid,
-                           mesh_surface(test::ball_mesh(24), scaling({5, 5, 0.1}))};
+                           test::mesh_surface(test::ball_mesh(24), scaling({5, 5, 0.1}))};
   const Vec3d centres[] = {{0, 1e4, 5}, {700, 0, 0}, {0, 0, 0}};
   Rng rng(7, 0, 0);
   for (std::size_t k = 0; k < std::size(kinds); ++k) {
@@ -173,18 +166,18 @@ TEST(Surfaces, FarAwayPlacesLieOutside) {
   check(BallSurface{{1e6, -2e6, 1e5}, 0.01, {}}, {1e6, -2e6, 1e5}, 0.01, 1);
   check(BallSurface{{0, 0, 0}, 1, {}}, {0, 0, 0}, 1, 1e8);
   for (const double size : {1e-100, 1e-12, 1e14, 1e100}) {
-    check(mesh_surface(test::ball_mesh(32), scaling(Vec3d(size))), {0, 0, 0}, size, 5 * size);
+    check(test::mesh_surface(test::ball_mesh(32), scaling(Vec3d(size))), {0, 0, 0}, size, 5 * size);
   }
   const Vec3d far(1e7, 0, 0);
-  check(mesh_surface(test::ball_mesh(32), translation(far)), far, 1, 10);
+  check(test::mesh_surface(test::ball_mesh(32), translation(far)), far, 1, 10);
 }
 
 /// How far one mesh reaches does not bear on others: a plate just above the ground throws its
 /// shadow, whatever lies on the horizon.
 TEST(Surfaces, ALargeMeshLeavesSmallOnesTheirShadows) {
-  const Surface all[] = {mesh_surface(test::square_mesh(5e4), translation({0, -10, 0})),
-                         mesh_surface(test::square_mesh(1)),
-                         mesh_surface(test::square_mesh(0.5), translation({0.1, 0.02, 0.2}))};
+  const Surface all[] = {test::mesh_surface(test::square_mesh(5e4), translation({0, -10, 0})),
+                         test::mesh_surface(test::square_mesh(1)),
+                         test::mesh_surface(test::square_mesh(0.5), translation({0.1, 0.02, 0.2}))};
   const SurfaceSet s(all, {});
   const SurfaceHit hit = s.first_hit({{0.3, 0.01, 0.2}, {0, -1, 0}}, kFar, 0);
   EXPECT_NEAR(hit.place.y, 0, 1e-4);
@@ -194,7 +187,7 @@ TEST(Surfaces, ALargeMeshLeavesSmallOnesTheirShadows) {
 TEST(Surfaces, TheNearestOfAllKindsCounts) {
   const Surface all[] = {PlaneSurface{{0, -1, 0}, {0, 1, 0}, {Rgb(0.1f)}},
                          BallSurface{{0, 5, 0}, 1, {Rgb(0.2f)}},
-                         mesh_surface(test::ball_mesh(16), translation({0, 10, 0}))};
+                         test::mesh_surface(test::ball_mesh(16), translation({0, 10, 0}))};
   const SurfaceSet s(all, {});
   const Vec3d down(0, -1, 0);
   EXPECT_EQ(s.first_hit({{0, 20, 0}, down}, kFar, 0).material->albedo, Rgb(0.5f));
@@ -213,8 +206,8 @@ TEST(Surfaces, OfManyOfAKindTheNearestCounts) {
                            PlaneSurface{{0, -2, 0}, {0, 1, 0}, {Rgb(0.15f)}},
                            BallSurface{{0, 5, 0}, 1, {Rgb(0.2f)}},
                            BallSurface{{0, 9, 0}, 1, {Rgb(0.3f)}},
-                           mesh_surface(test::ball_mesh(16), translation({0, 13, 0})),
-                           mesh_surface(aslant, translation({0, 17, 0}))};
+                           test::mesh_surface(test::ball_mesh(16), translation({0, 13, 0})),
+                           test::mesh_surface(aslant, translation({0, 17, 0}))};
   std::get<MeshSurface>(all[4]).material.albedo = Rgb(0.4f);
   std::get<MeshSurface>(all[5]).material.albedo = Rgb(0.6f);
   const auto expect_hit = [&](double from, Vec3d way, double at, float albedo) {
@@ -252,7 +245,7 @@ TEST(Surfaces, NormalsOfWhatIsStretchedStandOnIt) {
   SolidSurface solid;
   solid.body = std::make_shared<const Body>(FreeForm{unit_ball(), {}});
   solid.place.matrix = place;
-  const Surface kinds[] = {solid, mesh_surface(test::ball_mesh(64), place)};
+  const Surface kinds[] = {solid, test::mesh_surface(test::ball_mesh(64), place)};
   const double tolerance[] = {1e-6, 0.1};  // of the mesh's flat pieces
   Rng rng(8, 0, 0);
   for (std::size_t k = 0; k < std::size(kinds); ++k) {
@@ -274,7 +267,7 @@ TEST(Surfaces, AFlatMeshIsMet) {
   const TriangleMesh square{{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
   Rng rng(9, 0, 0);
   for (const double z : {0.0, 0.1, -1e3 / 3, 1e7 / 7}) {
-    const Surface all[] = {mesh_surface(square, translation({z, -z, z}))};
+    const Surface all[] = {test::mesh_surface(square, translation({z, -z, z}))};
     const SurfaceSet s(all, {});
     for (int n = 0; n < 1000; ++n) {
       const Vec3d to = Vec3d(z, -z, z) + Vec3d(0.01 + 0.98 * double(rng.uniform()),
@@ -304,18 +297,18 @@ TEST(Surfaces, ThatCannotBeAreRefused) {
   expect_refused(BallSurface{{0, 0, 0}, 0, {}}, "surfaces.ball_radius");
   expect_refused(MeshSurface{}, "surfaces.mesh_no_triangles");
   TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 3}}};
-  expect_refused(mesh_surface(mesh), "surfaces.mesh_triangle_refers");
+  expect_refused(test::mesh_surface(mesh), "surfaces.mesh_triangle_refers");
   mesh.triangles = {{0, 1, 2}};
   mesh.vertices[1].x = std::numeric_limits<double>::quiet_NaN();
-  expect_refused(mesh_surface(mesh), "surfaces.mesh_coordinate_not_finite");
+  expect_refused(test::mesh_surface(mesh), "surfaces.mesh_coordinate_not_finite");
   mesh.vertices[1].x = 1;
-  EXPECT_NO_THROW(validate(mesh_surface(mesh)));
-  expect_refused(mesh_surface(mesh, scaling({1, 0, 1})), "surfaces.mesh_matrix_expected");
+  EXPECT_NO_THROW(validate(test::mesh_surface(mesh)));
+  expect_refused(test::mesh_surface(mesh, scaling({1, 0, 1})), "surfaces.mesh_matrix_expected");
   SolidSurface solid;
   expect_refused(solid, "surfaces.solid_body_missing");
   solid.body = std::make_shared<const Body>(FreeForm{half_space({0, 0, 0}, {0, 1, 0}), {}});
   expect_refused(solid, "surfaces.solid_body_unbounded");
-  const Surface beyond = mesh_surface(test::ball_mesh(4), scaling(Vec3d(1e308)));
+  const Surface beyond = test::mesh_surface(test::ball_mesh(4), scaling(Vec3d(1e308)));
   EXPECT_THROW(SurfaceSet({&beyond, 1}, {}), Error);
 }
 

@@ -2,9 +2,12 @@
 #pragma once
 
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <utility>
 
 #include "pvol/math/triangle_mesh.h"
+#include "pvol/render/surface.h"
 
 namespace pvol::test {
 
@@ -40,6 +43,14 @@ namespace pvol::test {
 [[nodiscard]] inline TriangleMesh square_mesh(double half) {
   return {{{-half, 0, -half}, {-half, 0, half}, {half, 0, half}, {half, 0, -half}},
           {{0, 1, 2}, {0, 2, 3}}};
+}
+
+/// A mesh as a surface, at a place.
+[[nodiscard]] inline MeshSurface mesh_surface(TriangleMesh mesh, const Affine& place = {}) {
+  MeshSurface m;
+  m.mesh = std::make_shared<const TriangleMesh>(std::move(mesh));
+  m.place.matrix = place;
+  return m;
 }
 
 }  // namespace pvol::test

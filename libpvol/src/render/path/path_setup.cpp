@@ -151,7 +151,7 @@ PathSetup::PathSetup(const RenderPlan& plan, Rgb constant_,
   }
   if (std::ranges::any_of(volumes, &VolumeSetup::asks_lamps)) lamps = Lamps(light.sources);
   if (!light.seen.empty()) depths = prepare_depths(plan);
-  apart = ApartInstances(volumes, *instances, surfaces.get());
+  free_radii = FreeRadii(volumes, *instances, surfaces.get());
 }
 
 PathSetup PathSetup::in_small(int pixels) const {

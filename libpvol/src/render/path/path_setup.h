@@ -13,7 +13,7 @@
 #include "render/light/emission/emission_setup.h"
 #include "render/light/lamp.h"
 #include "render/light/open_sky.h"
-#include "render/path/apart.h"
+#include "render/path/free_radii.h"
 #include "render/path/instances.h"
 #include "render/path/many_lights.h"
 #include "render/path/pixel_importance.h"
@@ -100,7 +100,7 @@ struct PathSetup {
 
   std::vector<VolumeSetup> volumes;
   std::shared_ptr<const Instances> instances;     ///< of the volumes
-  ApartInstances apart;                           ///< among them (world_rays.h)
+  FreeRadii free_radii;                           ///< of them (world_rays.h)
   std::shared_ptr<const EmissionSetup> emission;  ///< along flights; null: there is none
   Lamps lamps{};  ///< where flights through any volume ask them (lamps_along.h), else none
   /// Of the volumes before lights that are seen (seen_lights-inl.h); null: flights add these.

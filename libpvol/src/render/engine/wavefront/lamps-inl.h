@@ -22,7 +22,7 @@ inline constexpr std::uint64_t kLamps = 6, kToLamp = 7;
   const Vec3d d(direction_at(q, at));
   if (s.many && is_within(q.bits(kRay)[at])) {
     const std::uint32_t instance = instance_within(q.bits(kRay)[at]);
-    const Affine& to_world = s.setup.apart.to_world(instance);
+    const Affine& to_world = s.setup.free_radii.of(instance).to_world;
     const Ray world{to_world.point(cells_at(q, at, kFromX)), d};
     const double end = length(to_world.point(cells_at(q, at)) - world.o);
     return {s.volume, world, s.setup.instances->all[instance].in_cells(world), end, q[kTime][at]};

@@ -80,7 +80,7 @@ struct LanePlaces {
   }
   [[nodiscard]] Vec3d operator()(std::size_t lane) const {
     if (s.many && is_within(ray[lane])) {
-      return s.setup.apart.to_world(instance_within(ray[lane])).point(in_cells(lane));
+      return s.setup.free_radii.of(instance_within(ray[lane])).to_world.point(in_cells(lane));
     }
     if (s.many) return rays[ray[lane]].place;
     return s.volume.cells_to_world.point(in_cells(lane));

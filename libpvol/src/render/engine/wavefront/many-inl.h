@@ -10,6 +10,7 @@
 #endif
 
 #include "render/engine/wavefront/one_by_one-inl.h"
+#include "render/engine/wavefront/within-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
@@ -28,133 +29,6 @@ void arrive(const World& w, bool collided, const Waiting& of) {
     r.cells = {of.q[kX][of.at], of.q[kY][of.at], of.q[kZ][of.at]};
   }
   go_on<ComponentKind>(w, number, of);
-}
-
-/// A ray of a record that is within an instance, from a place in its cells.
-[[nodiscard]] inline WorldRay ray_within(const World& w, RayKind kind, const Records& q,
-                                         std::size_t at, Vec3d from) {
-  const std::uint32_t instance = instance_within(q.bits(kRay)[at]);
-  WorldRay r;
-  r.kind = kind, r.time = q[kTime][at];
-  r.ray = {w.setup.apart.to_world(instance).point(from), Vec3d(direction_at(q, at))};
-  r.begin_within(instance);
-  return r;
-}
-
-/// The place of a record that has left the instance in which it began, in its cells: lanes fly to
-/// the ends of their cubes, and may be beyond the box of the support, where something else may be.
-/// Then it is where the ray has left that box.
-[[nodiscard]] inline Vec3d last_place_within(const World& w, const WavefrontScene& s,
-                                             const Records& q, std::size_t at) {
-  const Vec3d place = cells_at(q, at);
-  const Box box = s.volume.volume.density.octree.support();
-  if (box.contains(place)) return place;
-  const Instance& instance = w.setup.instances->all[instance_within(q.bits(kRay)[at])];
-  const Vec3d back = -instance.world_to_cells.vector(Vec3d(direction_at(q, at)));
-  const auto span = intersect(box, {place, back}, 0, kEndless);
-  return span ? place + back * span->t0 : max(box.lo, min(place, box.hi));
-}
-
-/// A ray has left the instance in which it began, which is apart: from now on it is in the world.
-template <class ComponentKind>
-void enter_world(const World& w, const WavefrontScene& s, RayKind kind, const Waiting& of) {
-  const bool lines = s.lines && kind != RayKind::shadow;
-  const std::uint32_t number = w.m.rays.add();
-  WorldRay& r = w.m.rays[number];
-  r = ray_within(w, kind, of.q, of.at,
-                 lines ? cells_at(of.q, of.at, kFromX) : last_place_within(w, s, of.q, of.at));
-  go_on<ComponentKind>(w, number, of);
-}
-
-/// What rays bring on their ways that have collided in the instances in which they began, which
-/// are apart.
-template <class ComponentKind>
-HWY_NOINLINE void add_flights_within(const World& w, RayKind kind) {
-  const Records& q = w.m.arrived;
-  for (std::size_t at = 0; at < q.n; ++at) {
-    const std::uint32_t ray = q.bits(kRay)[at];
-    if (!is_within(ray)) continue;
-    WorldRay r = ray_within(w, kind, q, at, cells_at(q, at, kFromX));
-    r.hit = instance_within(ray);
-    r.cells = {q[kX][at], q[kY][at], q[kZ][at]};
-    r.nearest = length(w.setup.apart.to_world(r.hit).point(cells_at(q, at)) - r.ray.o);
-    const Waiting of{q, at, 0, q.bits(kRng0)[at], q.bits(kRng1)[at]};
-    if (kind == RayKind::to_fire) {
-      add_fire_ray<ComponentKind>(w, r, of);
-    } else {
-      add_flight<ComponentKind>(w, r, of);
-    }
-  }
-}
-
-/// visit(instance, lanes) for each instance, all of which are apart, in which some of these rays
-/// are.
-template <class Visit>
-HWY_INLINE void visit_apart(U ray, M within, const Visit& visit) {
-  alignas(64) std::uint32_t rays[kLanes];
-  store(ray, rays);
-  while (!hn::AllFalse(kF, within)) {
-    const std::uint32_t one = rays[std::countr_zero(bits_of(within))];
-    const M its = hn::And(within, mask(hn::Eq(ray, splat_bits(one))));
-    visit(instance_within(one), its);
-    within = hn::AndNot(its, within);
-  }
-}
-HWY_INLINE M are_within(U ray, M on) {
-  return hn::And(on, mask(hn::Lt(as_int(ray), splat_int(0))));
-}
-
-/// The rows of the importance at collisions from one on, in instances that are apart.
-inline void find_rows(const World& w, Records& hits, std::size_t from) {
-  const CoarseCells& cells = *w.cells;
-  for (std::size_t at = from; at < hits.n; at += kLanes) {
-    const U ray = load(hits.bits(kRay) + at);
-    const auto in_cells = [&](std::size_t f) {
-      return load(hits[f] + at) - splat(float(DenseBounds::kBorder));
-    };
-    const V place{in_cells(kX), in_cells(kY), in_cells(kZ)};
-    U rows = splat_bits(0);
-    visit_apart(ray, first(hits.n - at), [&](std::uint32_t instance, M its) {
-      const Affine map = cells.to_cells * w.setup.apart.to_world(instance);
-      const auto along = [&](int axis) {
-        const F cell =
-            dot(splat(Vec3f(map.m[std::size_t(axis)])), place) + splat(float(map.t[axis]));
-        return to_int(cell) + splat_int(DenseBounds::kBorder);
-      };
-      rows = select(its, as_bits(row_of(cells, along(0), along(1), along(2))), rows);
-    });
-    store(rows, hits.bits(kAux) + at);
-  }
-}
-
-/// Collisions of paths in the instances in which they began, which are apart, are collisions of the
-/// volume at once. The others that have arrived are listed; returns how many these are.
-template <class ComponentKind>
-HWY_NOINLINE std::size_t put_hits_within(const World& w, std::size_t volume,
-                                         std::uint32_t* others) {
-  const WavefrontScene& s = w.scenes[volume];
-  const Records& q = w.m.arrived;
-  Records& to = w.m.hits[volume];
-  to.reserve(q.n + kLanes);
-  const std::size_t from = to.n;
-  std::size_t n = 0;
-  for (std::size_t at = 0; at < q.n; at += kLanes) {
-    const M on = first(q.n - at);
-    const M within = are_within(load(q.bits(kRay) + at), on);
-    const M other = hn::AndNot(within, on);
-    pack(other, hn::Iota(kU, std::uint32_t(at)), others + n);
-    n += count(other);
-    const auto put = [&](std::size_t f) { pack(within, load(q[f] + at), to[f] + to.n); };
-    for (const Field f : {kX, kY, kZ, kDX, kDY, kDZ, kRng0, kRng1, kId}) put(f);
-    for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) put(kW0 + c);
-    if (s.weighted) put(kPdf);
-    if (s.times) put(kTime);
-    if (s.lines) put(kFromX), put(kFromY), put(kFromZ);
-    put(kRay);
-    to.n += count(within);
-  }
-  if (w.cells != nullptr) find_rows(w, to, from);
-  return n;
 }
 
 /// arrive() for records of a queue, those that `which` names or the first.
@@ -202,9 +76,9 @@ HWY_NOINLINE void fly_in(const World& w, std::size_t volume, RayKind kind) {
                             m.events.gone);
   const bool scattered = kind == RayKind::path || kind == RayKind::photon;
   const bool brings_light = kind == RayKind::path || kind == RayKind::to_fire;
-  const bool any_apart = w.setup.apart.any();
-  if (any_apart && s.lines && brings_light) add_flights_within<ComponentKind>(w, kind);
-  if (any_apart && scattered) {
+  const bool any_within = w.setup.free_radii.any();
+  if (any_within && s.lines && brings_light) add_flights_within<ComponentKind>(w, kind);
+  if (any_within && scattered) {
     m.others.resize(m.arrived.n + kLanes);
     const std::size_t n = put_hits_within<ComponentKind>(w, volume, m.others.data());
     arrive_all<ComponentKind>(w, s, kind, true, m.arrived, m.others.data(), n);
@@ -230,16 +104,18 @@ inline void aim(const World& w, RayKind kind, const Records& q, std::size_t at, 
   for (std::size_t k = 0; k < 3; ++k) to[kStepX + k][n] = step[int(k)];
   to[kTime][n] = time;
   const bool ends = kind == RayKind::shadow && q[kLeft][at] < 0x1p99f;
-  if (w.setup.apart.hold(instance) && !ends) {
-    to[kLeft][n] = 0x1p100f;
+  const Vec3f place(q[kX][at], q[kY][at], q[kZ][at]);
+  if (const float radius = ends ? 0 : w.setup.free_radii.at(instance, place); radius > 0) {
+    to[kLeft][n] = radius;
     to.bits(kRay)[n] = kWithin | instance;
     return;
   }
   const std::uint32_t number = rays.add();
   WorldRay& r = rays[number];
   r.kind = kind, r.time = time;
-  r.ray = {within ? w.setup.apart.to_world(instance).point(cells_at(q, at)) : rays[parent].place,
-           Vec3d(direction)};
+  r.ray = {
+      within ? w.setup.free_radii.of(instance).to_world.point(cells_at(q, at)) : rays[parent].place,
+      Vec3d(direction)};
   r.begin_within(instance);
   r.limit = ends ? double(q[kLeft][at]) : kEndless;
   if (w.setup.weighs) {
@@ -247,24 +123,6 @@ inline void aim(const World& w, RayKind kind, const Records& q, std::size_t at, 
   }
   to[kLeft][n] = float(std::min(r.end(), 0x1p100));
   to.bits(kRay)[n] = number;
-}
-
-/// The same of those of a register that begin in instances which are apart, and stay there.
-HWY_INLINE void aim_within(const World& w, const Records& q, std::size_t at, M within, Records& to,
-                           std::size_t n) {
-  const U ray = load(q.bits(kRay) + at);
-  const V d = direction_of(q, at);
-  V step{splat(0), splat(0), splat(0)};
-  visit_apart(ray, within, [&](std::uint32_t instance, M its) {
-    const Affine& to_cells = w.setup.instances->all[instance].world_to_cells;
-    const auto along = [&](std::size_t axis) { return dot(splat(Vec3f(to_cells.m[axis])), d); };
-    step = {select(its, along(0), step.x), select(its, along(1), step.y),
-            select(its, along(2), step.z)};
-  });
-  store(step.x, to[kStepX] + n), store(step.y, to[kStepY] + n), store(step.z, to[kStepZ] + n);
-  store(load(q[kTime] + at), to[kTime] + n);
-  store(splat(0x1p100f), to[kLeft] + n);
-  store(ray, to.bits(kRay) + n);
 }
 
 /// Rays that collisions in a volume have made fly on there first: records have their places in its
@@ -283,7 +141,11 @@ HWY_NOINLINE void aim_all(const World& w, std::size_t volume, RayKind kind, Reco
     M within = are_within(load(q.bits(kRay) + at), first(lanes));
     if (kind == RayKind::shadow)
       within = hn::And(within, hn::Ge(load(q[kLeft] + at), splat(0x1p99f)));
-    if (!hn::AllFalse(kF, within)) aim_within(w, q, at, within, to, n);
+    if (!hn::AllFalse(kF, within)) {
+      const F radii = radii_of(w, q, at, within);
+      within = hn::And(within, hn::Gt(radii, splat(0)));
+      aim_within(w, q, at, within, radii, to, n);
+    }
     w.m.rays.prefetch(q.bits(kRay) + at, lanes);
     for (std::uint32_t others = bits_of(hn::AndNot(within, first(lanes))); others != 0;
          others &= others - 1) {

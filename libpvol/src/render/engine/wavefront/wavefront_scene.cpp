@@ -84,7 +84,7 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
                !s.albedo_varies && !s.by_channel &&
                (s.surfaces == nullptr || s.surfaces->are_grey())),
       drawn(s.light.many != nullptr),
-      lines((!many || s.apart.any()) && (s.flights_bring_light() || volume.asks_lamps)) {
+      lines((!many || s.free_radii.any()) && (s.flights_bring_light() || volume.asks_lamps)) {
   // What is absorbed is in layers.
   emits = s.options.aovs.has(Aov::lights) && largest(s.constant) > 0;
   for (const MediumComponent& m : volume.components) {

@@ -62,7 +62,7 @@ struct WavefrontScene {
   std::vector<SimdLight> lights;  ///< those of the scene; then the sky, if it is sampled
   bool drawn;  ///< whether they are so many that of the scene's some are drawn at a collision
   bool lines;  ///< whether records note where flights begin that bring light on their way or ask
-               ///< lamps: through one volume, or in instances that are apart
+               ///< lamps: through one volume, or within an instance alone
   bool along;  ///< whether they bring any before they collide, or ask lamps
   bool fire_in_lanes;  ///< whether lanes find what a fire brings at collisions
   bool lines_outside;  ///< whether they bring any outside of its box

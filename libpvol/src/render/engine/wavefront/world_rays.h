@@ -100,6 +100,12 @@ struct alignas(64) WorldRay {
     visits.add(0, instance);
     next = 1;
   }
+  /// It flies on there, from a distance on.
+  void fly_on_within(double from) {
+    visits.clear();
+    visits.add(from, within);
+    next = 0;
+  }
   [[nodiscard]] double end() const { return std::min(nearest, limit); }
   /// Whether it ends by a collision.
   [[nodiscard]] bool collides() const { return hit != kNowhere; }
@@ -169,8 +175,8 @@ void visit_instances(const PathSetup& s, const Ray& ray, float time, double end,
 }
 
 /// What a record has of its ray in the world is the number of a WorldRay; but of a ray that a
-/// collision made in an instance which is apart (apart.h), and that has not left it, the number of
-/// the instance with this bit: nothing else of the scene bears on it.
+/// collision has made, as far as nothing but the instance of that bears on it (free_radii.h), the
+/// number of the instance with this bit.
 inline constexpr std::uint32_t kWithin = 1u << 31;
 [[nodiscard]] inline bool is_within(std::uint32_t ray) { return (ray & kWithin) != 0; }
 [[nodiscard]] inline std::uint32_t instance_within(std::uint32_t ray) { return ray & ~kWithin; }

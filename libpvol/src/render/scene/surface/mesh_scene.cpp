@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "pvol/error.h"
-#include "render/scene/meet_boxes.h"
+#include "render/scene/boxes.h"
 
 namespace pvol::detail {
 namespace {
@@ -177,6 +177,36 @@ bool MeshScene::may_reach(const Box& box) const {
   rtcInitPointQueryContext(&context);
   rtcPointQuery(embree_->scene, &query, &context, look_at, &search);
   return search.found;
+}
+
+double MeshScene::distance(Vec3d place, double most) const {
+  if (box_.empty() || detail::distance(box_, place) >= most) return most;
+  struct Search {
+    const Embree& embree;
+    Vec3d place;  // in Embree's frame, like the distance
+    double nearest;
+  } search{*embree_, (place - centre_) * scale_, most * scale_};
+  // Places far away are off by more than vertices.
+  const double rim = kMeshClearance * std::max(1.0, length(search.place));
+  const auto look_at = [](RTCPointQueryFunctionArguments* at) {
+    auto& s = *static_cast<Search*>(at->userPtr);
+    const auto vertex = [&](std::size_t k) { return s.embree.vertex(at->geomID, at->primID, k); };
+    const Vec3d a = vertex(0), b = vertex(1), c = vertex(2);
+    const Vec3d normal = cross(b - a, c - a);
+    const double square = dot(normal, normal);
+    const double from_plane =
+        square > 0 ? std::abs(dot(s.place - a, normal)) / std::sqrt(square) : 0;
+    const double from_box = detail::distance(extend(extend(Box{a, a}, b), c), s.place);
+    s.nearest = std::min(s.nearest, std::max(from_plane, from_box));
+    at->query->radius = float(s.nearest);
+    return true;
+  };
+  const Vec3f middle(search.place);
+  RTCPointQuery query{middle.x, middle.y, middle.z, 0, float(search.nearest + rim)};
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(embree_->scene, &query, &context, look_at, &search);
+  return std::max(search.nearest - rim, 0.0) / scale_;
 }
 
 }  // namespace pvol::detail

@@ -42,6 +42,9 @@ class MeshScene {
   [[nodiscard]] bool blocks(const Ray& ray, double limit) const;
   /// Whether the box around any triangle meets this one.
   [[nodiscard]] bool may_reach(const Box& box) const;
+  /// How far a place is at least from all triangles, up to `most`: of each, how far it is from its
+  /// plane or from the box around it.
+  [[nodiscard]] double distance(Vec3d place, double most) const;
 
  private:
   struct Embree;

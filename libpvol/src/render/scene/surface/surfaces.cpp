@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "pvol/error.h"
-#include "render/scene/meet_boxes.h"
+#include "render/scene/boxes.h"
 
 namespace pvol {
 namespace {
@@ -258,6 +258,18 @@ bool SurfaceSet::may_reach(const Box& box) const {
   };
   return std::ranges::any_of(planes_, cuts) || std::ranges::any_of(bodies_, holds) ||
          (meshes_ && meshes_->may_reach(box)) || !moving_meshes_.empty();
+}
+
+double SurfaceSet::distance(Vec3d place, double most) const {
+  double nearest = moving_meshes_.empty() ? most : 0;
+  for (const Plane& p : planes_) {
+    nearest = std::min(nearest, std::abs(dot(place - p.point, p.normal)));
+  }
+  for (const PlacedBody& b : bodies_) {
+    const Box box = transform(b.place.still.to_world, b.body->box());
+    nearest = b.place.open ? 0 : std::min(nearest, detail::distance(box, place));
+  }
+  return meshes_ ? meshes_->distance(place, nearest) : nearest;
 }
 
 std::shared_ptr<const Surfaces> make_surfaces(std::span<const Surface> surfaces,

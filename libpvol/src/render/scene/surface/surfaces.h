@@ -45,6 +45,9 @@ class SurfaceSet {
   [[nodiscard]] bool move() const { return move_; }
   /// False only where none reaches into a box of the world at any time of the shutter.
   [[nodiscard]] bool may_reach(const Box& box) const;
+  /// How far a place of the world is at least from all of them while the shutter is open, up to
+  /// `most`; 0 where meshes move.
+  [[nodiscard]] double distance(Vec3d place, double most) const;
 
   /// Whether the camera sees shadows alone of some.
   [[nodiscard]] bool catch_shadows() const { return catch_shadows_; }
@@ -126,6 +129,13 @@ struct Surfaces {
   /// False only where none of any kind reaches into a box of the world while the shutter is open.
   [[nodiscard]] bool may_reach(const Box& box) const {
     return camera->may_reach(box) || shadow->may_reach(box) || scattered->may_reach(box);
+  }
+  /// How far a place of the world is at least from all of them then, up to `most`.
+  [[nodiscard]] double distance(Vec3d place, double most) const {
+    double nearest = camera->distance(place, most);
+    if (shadow != camera) nearest = shadow->distance(place, nearest);
+    if (scattered != camera && scattered != shadow) nearest = scattered->distance(place, nearest);
+    return nearest;
   }
   [[nodiscard]] bool move() const { return camera->move() || shadow->move() || scattered->move(); }
   /// Whether scattered rays meet others than those that cast shadows.

@@ -1,16 +1,21 @@
-// Whether boxes have a point in common.
+// How boxes lie to each other and to points.
 #pragma once
 
 #include "pvol/math/box.h"
 
 namespace pvol::detail {
 
-/// Of closed boxes; an empty one meets none.
+/// Whether closed boxes have a point in common; an empty one meets none.
 [[nodiscard]] inline bool meet(const Box& a, const Box& b) {
   for (int axis = 0; axis < 3; ++axis) {
     if (!(a.lo[axis] <= b.hi[axis] && b.lo[axis] <= a.hi[axis])) return false;
   }
   return true;
+}
+
+/// From a point to a box that is not empty; 0 within.
+[[nodiscard]] inline double distance(const Box& b, Vec3d p) {
+  return length(max(max(b.lo - p, p - b.hi), Vec3d(0.0)));
 }
 
 }  // namespace pvol::detail

@@ -1,0 +1,51 @@
+// How far it is from places in a volume to all else that rays may meet.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "render/path/instances.h"
+#include "render/path/volume_setup.h"
+#include "render/scene/surface/surfaces.h"
+
+namespace pvol::detail {
+
+/// Radii of balls around places in instances: a ray that begins at such a place meets nothing but
+/// the instance's volume within that length of the world, before it leaves the volume's box. They
+/// are lower bounds, each for all of a cell of a grid over the box.
+class FreeRadii {
+ public:
+  /// Of one instance. Places are in its cells, as records have them.
+  struct Grid {
+    Affine to_world{};  ///< from cells from the octree's origin
+    Vec3f low{}, scale{};
+    Vec3i size{};  ///< 0: no radii are known, and rays are kept in the world
+    std::uint32_t first =
+        0;  ///< of its radii, (x, y, z) at (x * size.y + y) * size.z + z from there
+
+    [[nodiscard]] bool has_one() const { return size == Vec3i(1); }
+  };
+
+  /// None.
+  FreeRadii() = default;
+  /// Those of instances that stand still, and whose flights lanes serve; `surfaces` may be null.
+  FreeRadii(std::span<const VolumeSetup> volumes, const Instances& instances,
+            const Surfaces* surfaces);
+
+  [[nodiscard]] bool any() const { return !grids_.empty(); }
+  /// Whether some radii of the instance are not 0.
+  [[nodiscard]] bool known(std::uint32_t instance) const {
+    return instance < grids_.size() && grids_[instance].size.x > 0;
+  }
+  [[nodiscard]] const Grid& of(std::uint32_t instance) const { return grids_[instance]; }
+  [[nodiscard]] const float* radii(const Grid& grid) const { return radii_.data() + grid.first; }
+  /// 0 where none is known; 2^100 where nothing else reaches the box.
+  [[nodiscard]] float at(std::uint32_t instance, Vec3f place) const;
+
+ private:
+  std::vector<Grid> grids_;  ///< by instance; empty: no radii are known
+  std::vector<float> radii_;
+};
+
+}  // namespace pvol::detail
