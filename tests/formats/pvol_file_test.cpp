@@ -14,6 +14,7 @@
 
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
+#include "pvol/formats/cloud.h"
 #include "pvol/formats/pvol_file.h"
 #include "support/effort.h"
 #include "support/error_of.h"
@@ -61,6 +62,12 @@ TEST_F(PvolFileTest, RoundTripKeepsEverything) {
     expect_equal_samples(*back.density, *content.density);
     EXPECT_EQ(back.density->tiles.size(), 2u);  // the one of zeros is left out
   }
+}
+
+TEST_F(PvolFileTest, WithoutAGridACloudIsEmptyAndKnowsItsFile) {
+  const Cloud cloud = load_cloud("smoke.vdb", {.grid = kNoGrid});
+  EXPECT_EQ(cloud.report.type, "none");
+  EXPECT_EQ(cloud.metadata.source.file, "smoke.vdb");
 }
 
 /// Samples that are exact and not compressed are used where they lie: they are there though the

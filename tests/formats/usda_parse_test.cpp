@@ -118,6 +118,7 @@ TEST(UsdaParse, ErrorsNameFileLineColumnFoundAndExpected) {
   expect_fault("def \"s\" { float2 t = (1 2) }", "usd.comma_missing");
   expect_fault("def \"s\" { float t.timeSamples = { \"1\": 2 } }", "usd.sample_without_time");
   expect_fault("def \"s\" { float t.samples = 2 }", "usd.unknown_part");
+  expect_fault("def \"s\" { float t.connect }", "usd.part_without_value");
   expect_fault("def \"s\" ( kind \"x\" ) {}", "usd.metadatum_without_value");
   expect_fault("def \"s\" { float t.spline = { 1: [) } }", "usd.other_bracket");
   expect_fault("def Sphere \"s\" { double radius = (1, 2) }", "usd.two_numbers_for_one");

@@ -161,6 +161,14 @@ TEST(ColorGrid, KnowsItsBlackSamplesAgain) {
   EXPECT_TRUE(black_of(grey).bricks.empty());
 }
 
+TEST(ColorGrid, KnowsItsBlackTilesAgain) {
+  ColorGrid colors = make_colors({0, 0, 0}, {8, 8, 8}, [](Vec3i) { return Rgb(0.5f); });
+  colors.known.tiles.push_back({{16, 0, 0}, 8, 1});
+  const VoxelGrid black = black_of(colors);
+  EXPECT_EQ(sample(black, {17, 1, 1}), 1);
+  EXPECT_EQ(sample(black, {1, 1, 1}), 0);
+}
+
 TEST(ColorGrid, KnowsTheColoursOfTilesAgain) {
   std::array<VoxelGrid, 3> channels;
   channels[0].tiles.push_back({{128, 0, 0}, 128, 0.5f});
