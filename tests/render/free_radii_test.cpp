@@ -216,8 +216,8 @@ TEST(FreeRadii, BringTheLightOfFlightsOneByOne) {
           pvol::make_volume(cloud().grid, build_pyramid(cloud().grid), s.medium.medium(), o);
       return render(v, s).film;
     };
-    const Film lanes = picture(KernelKind::automatic, 2400);
-    const Film scalar = picture(KernelKind::scalar, 2400);
+    const Film lanes = picture(KernelKind::automatic, 1200);
+    const Film scalar = picture(KernelKind::scalar, 1200);
     compare(lanes, scalar, name, family);
     all.add(compare(average(lanes), average(scalar), name + ", again", family));
   };
@@ -241,6 +241,56 @@ TEST(FreeRadii, BringTheLightOfFlightsOneByOne) {
   add("two clouds", s, {{}, turned});
   s.options.guide = GuideUse::on;
   add("two clouds, guided", s, {{}, turned});
+  add_all_together(all, family);
+  EXPECT_TRUE(family.passes());
+}
+
+/// A dense cloud in a thin absorbing one: of the long ways of its light that takes a part which
+/// collisions in the thin one alone find.
+TEST(FreeRadii, FindCollisionsInThinVolumes) {
+  proof::Family family;
+  proof::Moments all;
+  std::uint64_t seed = 300;
+  CloudScene s = cloud_scene();
+  s.environment = ConstantSky{Rgb(0.4f)};
+  s.medium.extinction = 12;
+  s.medium.albedo = Rgb(0.999f);
+  s.medium.g = 0;
+  CloudScene thin = s;
+  thin.medium.extinction = 0.4;
+  thin.medium.albedo = Rgb(0.2f, 0.5f, 0.0f);
+  VolumeOptions turned = thin.volume_options();
+  turned.instances = {translation({4, 3, 2}) * rotation_about(normalize(Vec3d(1, 2, 3)), 0.7)};
+  const auto make = [&](const CloudScene& of, const VolumeOptions& o) {
+    return pvol::make_volume(cloud().grid, build_pyramid(cloud().grid), of.medium.medium(), o);
+  };
+  const Volume volumes[] = {make(s, s.volume_options()), make(thin, turned)};
+  const auto add = [&](const std::string& name, CloudScene scene) {
+    const detail::PathSetup setup(plan(volumes, scene.scene()));
+    EXPECT_TRUE(setup.free_radii.known(0)) << name;
+    EXPECT_EQ(setup.free_radii.of(0).thin_ones, 1u) << name;
+    const auto picture = [&](KernelKind kernel, std::span<const Volume> some) {
+      scene.options.kernel = kernel;
+      scene.options.samples = proof::samples(1200);
+      scene.options.seed = ++seed;
+      return render(some, scene).film;
+    };
+    const Film lanes = picture(KernelKind::automatic, volumes);
+    const Film scalar = picture(KernelKind::scalar, volumes);
+    compare(lanes, scalar, name, family);
+    all.add(compare(average(lanes), average(scalar), name + ", again", family));
+    const Film alone = picture(KernelKind::automatic, std::span(volumes, 1));
+    EXPECT_LT(average(lanes).mean.z, 0.9 * average(alone).mean.z) << name;
+  };
+  s.options.guide = GuideUse::off;
+  add("in thin smoke", s);
+  s.options.guide = GuideUse::on;
+  add("in thin smoke, guided", s);
+  s.surfaces = {ground(-6)};
+  add("in thin smoke on a floor, guided", s);
+  s.options.transmittance = Transmittance::ratio;
+  s.options.guide = GuideUse::off;
+  add("in thin smoke on a floor, shadow rays with weights", s);
   add_all_together(all, family);
   EXPECT_TRUE(family.passes());
 }

@@ -12,6 +12,8 @@ namespace pvol::detail {
 namespace {
 
 constexpr float kEndlessRadius = 0x1p100f;
+// Of more times an instance's extinction a ray would stop too often for it.
+constexpr float kThin = 0.1f;
 constexpr double kRim = 1e-3;  // of a box's extent: the rounding of places in cells is lost in it
 
 Box world_box_of(const Volume& v, std::size_t place) {
@@ -74,14 +76,13 @@ int cells_along(std::size_t grids) {
   return along < kLeast ? 0 : along;
 }
 
-/// A grid over a box of cells, with cubes of about one size in the world.
-FreeRadii::Grid make_grid(const Affine& to_world, const Box& cells, int along) {
-  FreeRadii::Grid g{.to_world = to_world};
+/// Lays a grid over a box of cells, with cubes of about one size in the world.
+void lay_grid(const Box& cells, int along, FreeRadii::Grid& g) {
   Vec3d lengths;
   for (int axis = 0; axis < 3; ++axis) {
     Vec3d edge;
     edge[axis] = cells.extent()[axis];
-    lengths[axis] = length(to_world.vector(edge));
+    lengths[axis] = length(g.to_world.vector(edge));
   }
   const double longest = max_component(lengths);
   for (int axis = 0; axis < 3; ++axis) {
@@ -90,7 +91,6 @@ FreeRadii::Grid make_grid(const Affine& to_world, const Box& cells, int along) {
     g.scale[axis] = float(n / cells.extent()[axis]);
   }
   g.low = Vec3f(cells.lo + Vec3d(DenseBounds::kBorder));
-  return g;
 }
 
 /// Half of the longest diagonal of a grid's cells, in the world.
@@ -104,11 +104,11 @@ double half_diagonal(const FreeRadii::Grid& g) {
   return longest / 2;
 }
 
-/// The mean free path where a volume is densest, at most.
-double shortest_free_path(const Volume& v) {
+/// Or more, per world length.
+float largest_extinction(const Volume& v) {
   float largest = 0;
   for (const Octree::Entry& e : v.density.octree.entries) largest = std::max(largest, e.hi);
-  return 1 / double(largest);
+  return largest;
 }
 
 /// The radii of a grid's cells, in a box of the world with these others near it; 0 where they would
@@ -153,40 +153,69 @@ float FreeRadii::at(std::uint32_t instance, Vec3f place) const {
   return radii(g)[cell];
 }
 
+const FreeRadii::Thin& FreeRadii::draw_thin(const Grid& grid, float u) const {
+  std::uint32_t chosen = 0;
+  float left = u * grid.majorant - thin_[grid.first_thin].majorant;
+  while (left >= 0 && chosen + 1 < grid.thin_ones) {
+    left -= thin_[grid.first_thin + ++chosen].majorant;
+  }
+  return thin_[grid.first_thin + chosen];
+}
+
 FreeRadii::FreeRadii(std::span<const VolumeSetup> volumes, const Instances& instances,
-                     const Surfaces* surfaces) {
+                     const Surfaces* surfaces, bool may_be_thin) {
   std::vector<Box> boxes;
   for (const Instance& i : instances.all) {
     boxes.push_back(world_box_of(volumes[i.volume].volume, i.place));
   }
+  std::vector<float> extinctions;  // by volume
+  for (const VolumeSetup& v : volumes) extinctions.push_back(largest_extinction(v.volume));
+  const auto extinction_of = [&](std::uint32_t i) { return extinctions[instances.all[i].volume]; };
+  const auto moves = [&](std::uint32_t i) {
+    return instances.moves() && instances.motion[i].place != nullptr;
+  };
+  // Not all records know their times.
+  const auto flows = [&](std::uint32_t i) {
+    return volumes[instances.all[i].volume].volume.density.motion != nullptr;
+  };
   const Neighbours neighbours(boxes);
-  std::vector<std::uint32_t> reached;  // by something else
+  std::vector<std::uint32_t> reached;  // by something that is not thin
   for (std::uint32_t i = 0; i < boxes.size(); ++i) {
     grids_.push_back({.to_world = inverse(instances.all[i].world_to_cells)});
-    const bool moves = instances.moves() && instances.motion[i].place != nullptr;
     const bool in_lanes = !volumes[instances.all[i].volume].one_by_one;
-    if (moves || !in_lanes || boxes[i].empty() || neighbours.crowded(i)) continue;
-    if (!neighbours.of(i).empty() || (surfaces != nullptr && surfaces->may_reach(boxes[i]))) {
+    if (moves(i) || !in_lanes || boxes[i].empty() || neighbours.crowded(i)) continue;
+    Grid& g = grids_[i];
+    g.first_thin = std::uint32_t(thin_.size());
+    for (const std::uint32_t other : neighbours.of(i)) {
+      const float majorant = extinction_of(other);
+      if (!may_be_thin || moves(other) || flows(other)) continue;
+      if (!(majorant < kThin * extinction_of(i))) continue;
+      thin_.push_back({other, majorant});
+      ++g.thin_ones, g.majorant += majorant;
+    }
+    if (g.thin_ones < neighbours.of(i).size() ||
+        (surfaces != nullptr && surfaces->may_reach(boxes[i]))) {
       reached.push_back(i);
     } else {
-      grids_[i].size = Vec3i(1), grids_[i].first = std::uint32_t(radii_.size());
+      g.size = Vec3i(1), g.first = std::uint32_t(radii_.size());
       radii_.push_back(kEndlessRadius);
     }
   }
   const int along = cells_along(reached.size());
   if (along == 0) reached.clear();
-  // Of rays that go less far most would end in the world all the same.
-  std::vector<double> least;
-  for (const VolumeSetup& v : volumes) {
-    least.push_back(reached.empty() ? 0 : shortest_free_path(v.volume));
-  }
   for (const std::uint32_t i : reached) {
+    Grid grid = grids_[i];
+    const std::span<const Thin> thin(thin_.data() + grid.first_thin, grid.thin_ones);
     std::vector<Box> others;
-    for (const std::uint32_t other : neighbours.of(i)) others.push_back(boxes[other]);
-    const Box cells = volumes[instances.all[i].volume].volume.density.octree.support();
-    const Grid grid = make_grid(grids_[i].to_world, cells, along);
-    const std::vector<float> radii =
-        radii_of(grid, boxes[i], others, surfaces, least[instances.all[i].volume]);
+    for (const std::uint32_t other : neighbours.of(i)) {
+      if (std::ranges::find(thin, other, &Thin::instance) == thin.end()) {
+        others.push_back(boxes[other]);
+      }
+    }
+    lay_grid(volumes[instances.all[i].volume].volume.density.octree.support(), along, grid);
+    // Of rays that go less far most would end in the world all the same.
+    const double least = 1 / double(extinction_of(i));
+    const std::vector<float> radii = radii_of(grid, boxes[i], others, surfaces, least);
     if (radii.empty()) continue;
     grids_[i] = grid;
     grids_[i].first = std::uint32_t(radii_.size());

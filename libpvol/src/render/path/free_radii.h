@@ -12,10 +12,15 @@
 namespace pvol::detail {
 
 /// Radii of balls around places in instances: a ray that begins at such a place meets nothing but
-/// the instance's volume within that length of the world, before it leaves the volume's box. They
-/// are lower bounds, each for all of a cell of a grid over the box.
+/// the instance's volume and thin ones around it within that length of the world, before it leaves
+/// the volume's box. They are lower bounds, each for all of a cell of a grid over the box.
 class FreeRadii {
  public:
+  /// An instance whose box reaches into that of a much denser one.
+  struct Thin {
+    std::uint32_t instance;
+    float majorant;  ///< of its extinction, per world length
+  };
   /// Of one instance. Places are in its cells, as records have them.
   struct Grid {
     Affine to_world{};  ///< from cells from the octree's origin
@@ -23,6 +28,8 @@ class FreeRadii {
     Vec3i size{};  ///< 0: no radii are known, and rays are kept in the world
     std::uint32_t first =
         0;  ///< of its radii, (x, y, z) at (x * size.y + y) * size.z + z from there
+    std::uint32_t first_thin = 0, thin_ones = 0;
+    float majorant = 0;  ///< of all thin ones together
 
     [[nodiscard]] bool has_one() const { return size == Vec3i(1); }
   };
@@ -30,8 +37,9 @@ class FreeRadii {
   /// None.
   FreeRadii() = default;
   /// Those of instances that stand still, and whose flights lanes serve; `surfaces` may be null.
+  /// Without `may_be_thin` no volume counts as thin.
   FreeRadii(std::span<const VolumeSetup> volumes, const Instances& instances,
-            const Surfaces* surfaces);
+            const Surfaces* surfaces, bool may_be_thin);
 
   [[nodiscard]] bool any() const { return !grids_.empty(); }
   /// Whether some radii of the instance are not 0.
@@ -40,12 +48,15 @@ class FreeRadii {
   }
   [[nodiscard]] const Grid& of(std::uint32_t instance) const { return grids_[instance]; }
   [[nodiscard]] const float* radii(const Grid& grid) const { return radii_.data() + grid.first; }
+  /// One of the thin ones around an instance, by their majorants and a uniform number.
+  [[nodiscard]] const Thin& draw_thin(const Grid& grid, float u) const;
   /// 0 where none is known; 2^100 where nothing else reaches the box.
   [[nodiscard]] float at(std::uint32_t instance, Vec3f place) const;
 
  private:
   std::vector<Grid> grids_;  ///< by instance; empty: no radii are known
   std::vector<float> radii_;
+  std::vector<Thin> thin_;
 };
 
 }  // namespace pvol::detail

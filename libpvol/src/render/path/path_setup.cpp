@@ -151,7 +151,9 @@ PathSetup::PathSetup(const RenderPlan& plan, Rgb constant_,
   }
   if (std::ranges::any_of(volumes, &VolumeSetup::asks_lamps)) lamps = Lamps(light.sources);
   if (!light.seen.empty()) depths = prepare_depths(plan);
-  free_radii = FreeRadii(volumes, *instances, surfaces.get());
+  // Of records without weights, and whose ways bring nothing.
+  const bool may_be_thin = !weighs && !flights_bring_light() && lamps.all.empty();
+  free_radii = FreeRadii(volumes, *instances, surfaces.get(), may_be_thin);
 }
 
 PathSetup PathSetup::in_small(int pixels) const {

@@ -104,11 +104,14 @@ inline void aim(const World& w, RayKind kind, const Records& q, std::size_t at, 
   for (std::size_t k = 0; k < 3; ++k) to[kStepX + k][n] = step[int(k)];
   to[kTime][n] = time;
   const bool ends = kind == RayKind::shadow && q[kLeft][at] < 0x1p99f;
-  const Vec3f place(q[kX][at], q[kY][at], q[kZ][at]);
-  if (const float radius = ends ? 0 : w.setup.free_radii.at(instance, place); radius > 0) {
-    to[kLeft][n] = radius;
-    to.bits(kRay)[n] = kWithin | instance;
-    return;
+  if (!ends) {
+    Rng own(q.bits(kRng0)[at], q.bits(kRng1)[at], kThinCollision);
+    const Vec3f place(q[kX][at], q[kY][at], q[kZ][at]);
+    if (const Reach reach = reach_from(w, instance, place, own); reach.length > 0) {
+      to[kLeft][n] = reach.length;
+      to.bits(kRay)[n] = kWithin | (reach.meets_thin ? kMeetsThin : 0) | instance;
+      return;
+    }
   }
   const std::uint32_t number = rays.add();
   WorldRay& r = rays[number];
@@ -142,9 +145,9 @@ HWY_NOINLINE void aim_all(const World& w, std::size_t volume, RayKind kind, Reco
     if (kind == RayKind::shadow)
       within = hn::And(within, hn::Ge(load(q[kLeft] + at), splat(0x1p99f)));
     if (!hn::AllFalse(kF, within)) {
-      const F radii = radii_of(w, q, at, within);
-      within = hn::And(within, hn::Gt(radii, splat(0)));
-      aim_within(w, q, at, within, radii, to, n);
+      const Reaches reaches = reaches_of(w, q, at, within);
+      within = hn::And(within, hn::Gt(reaches.radii, splat(0)));
+      aim_within(w, q, at, within, reaches, to, n);
     }
     w.m.rays.prefetch(q.bits(kRay) + at, lanes);
     for (std::uint32_t others = bits_of(hn::AndNot(within, first(lanes))); others != 0;

@@ -10,9 +10,13 @@
 #endif
 
 #include "render/engine/wavefront/world-inl.h"
+#include "volume/cell_look_up.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pvol::detail::HWY_NAMESPACE {
+
+/// A stream of a record's random numbers, as kOnTheWay.
+inline constexpr std::uint64_t kThinCollision = 8;
 
 /// A ray of a record that is within an instance, from a place in its cells.
 [[nodiscard]] inline WorldRay ray_within(const World& w, RayKind kind, const Records& q,
@@ -40,9 +44,73 @@ struct EndWithin {
   const double length = double(q[kLeft][at]);
   const auto ahead = intersect(box, {begin, step}, 0, kEndless);
   if (ahead && length < ahead->t1) return {begin + step * length, false};
-  if (box.contains(begin)) return {begin, true};
+  if (ahead) return {begin + step * ahead->t1, true};
   const auto behind = intersect(box, {begin, -step}, 0, kEndless);
   return {behind ? begin - step * behind->t0 : max(box.lo, min(begin, box.hi)), true};
+}
+
+/// How far a ray within an instance goes as a record, and by what it ends then.
+struct Reach {
+  float length;
+  bool meets_thin;
+};
+/// From a place in its cells, as records have them, with numbers of its own.
+[[nodiscard]] inline Reach reach_from(const World& w, std::uint32_t instance, Vec3f place,
+                                      Rng& rng) {
+  const FreeRadii& radii = w.setup.free_radii;
+  const float radius = radii.at(instance, place);
+  if (!(radius > 0) || !(radii.of(instance).majorant > 0)) return {radius, false};
+  const float tentative = rng.tentative().depth / radii.of(instance).majorant;
+  return {std::min(radius, tentative), tentative < radius};
+}
+
+/// Puts a record that goes on within its instance, from a place in its cells.
+inline void put_within(const World& w, RayKind kind, const Waiting& of, Vec3d place, Rng& rng) {
+  const std::uint32_t instance = instance_within(of.q.bits(kRay)[of.at]);
+  const std::uint32_t volume = w.volume_of(instance);
+  Records& to = w.m.queues[volume][std::size_t(kind)];
+  const Vec3f from(place + Vec3d(DenseBounds::kBorder));
+  const Reach reach = reach_from(w, instance, from, rng);
+  const std::uint32_t ray = kWithin | (reach.meets_thin ? kMeetsThin : 0) | instance;
+  const std::size_t n = put_waiting(ray, of, to);
+  for (std::size_t k = 0; k < 3; ++k) {
+    to[kX + k][n] = from[int(k)];
+    to[kStepX + k][n] = of.q[kStepX + k][of.at];
+  }
+  to[kTime][n] = of.q[kTime][of.at];
+  to[kLeft][n] = reach.length, to[kDepth][n] = of.depth;
+}
+
+/// A ray within an instance has come to a tentative collision in one of the thin volumes around it,
+/// at a place in the instance's cells: it collides there, or goes on.
+template <class ComponentKind>
+void meet_thin(const World& w, RayKind kind, const Waiting& of, Vec3d place) {
+  const FreeRadii& radii = w.setup.free_radii;
+  const FreeRadii::Grid& grid = radii.of(instance_within(of.q.bits(kRay)[of.at]));
+  Rng rng = of.stream(kThinCollision);
+  const auto [u, v] = rng.uniform2();
+  const FreeRadii::Thin& thin = radii.draw_thin(grid, u);
+  const Instance& other = w.setup.instances->all[thin.instance];
+  const Volume& volume = w.setup.volumes[other.volume].volume;
+  const Vec3d cells = other.world_to_cells.point(grid.to_world.point(place));
+  float extinction = 0;
+  if (volume.density.octree.support().contains(cells)) {
+    extinction = extinction_in_cells(volume, cells, of.q[kTime][of.at]);
+  }
+  Tally& tally = kind == RayKind::shadow ? w.m.counts.shadow : w.m.counts.path;
+  tally.lookup();
+  if (!(v * thin.majorant < extinction)) {
+    tally.null_collision();
+    return put_within(w, kind, of, place, rng);
+  }
+  if (kind == RayKind::shadow) return;
+  const std::uint32_t number = w.m.rays.add();
+  WorldRay& r = w.m.rays[number];
+  r = ray_within(w, kind, of.q, of.at, place);
+  r.searched = true;
+  r.hit = thin.instance, r.nearest = 0;
+  r.cells = Vec3f(cells + Vec3d(DenseBounds::kBorder));
+  finish_ray<ComponentKind>(w, number, of);
 }
 
 /// A ray within an instance has left that, or has come as far as nothing else is met. From there on
@@ -50,6 +118,9 @@ struct EndWithin {
 template <class ComponentKind>
 void enter_world(const World& w, const WavefrontScene& s, RayKind kind, const Waiting& of) {
   const EndWithin end = end_within(w, s.volume.volume.density.octree.support(), of.q, of.at);
+  if (!end.left && (of.q.bits(kRay)[of.at] & kMeetsThin) != 0) {
+    return meet_thin<ComponentKind>(w, kind, of, end.place);
+  }
   const bool lines = s.lines && kind != RayKind::shadow;
   const std::uint32_t number = w.m.rays.add();
   WorldRay& r = w.m.rays[number];
@@ -149,14 +220,19 @@ HWY_NOINLINE std::size_t put_hits_within(const World& w, std::size_t volume,
   return n;
 }
 
-/// How far rays that a register's collisions have made meet nothing else, of those within.
-HWY_INLINE F radii_of(const World& w, const Records& q, std::size_t at, M within) {
-  F radii = splat(0);
+/// How far rays that a register's collisions have made go as records, of those within: up to their
+/// radii, or to tentative collisions in thin volumes.
+struct Reaches {
+  F radii, majorants;
+};
+HWY_INLINE Reaches reaches_of(const World& w, const Records& q, std::size_t at, M within) {
+  Reaches r{splat(0), splat(0)};
   visit_instances_of(load(q.bits(kRay) + at), within, [&](std::uint32_t instance, M its) {
     const FreeRadii::Grid& g = w.setup.free_radii.of(instance);
     const float* const all = w.setup.free_radii.radii(g);
+    r.majorants = select(its, splat(g.majorant), r.majorants);
     if (g.has_one()) {
-      radii = select(its, splat(*all), radii);
+      r.radii = select(its, splat(*all), r.radii);
       return;
     }
     const auto along = [&](Field f, int axis) {
@@ -165,15 +241,15 @@ HWY_INLINE F radii_of(const World& w, const Records& q, std::size_t at, M within
     };
     const I cell =
         (along(kX, 0) * splat_int(g.size.y) + along(kY, 1)) * splat_int(g.size.z) + along(kZ, 2);
-    radii = select(its, gather(all, cell), radii);
+    r.radii = select(its, gather(all, cell), r.radii);
   });
-  return radii;
+  return r;
 }
 
-/// Aims rays of a register that begin within instances, and stay there up to these radii.
-HWY_INLINE void aim_within(const World& w, const Records& q, std::size_t at, M within, F radii,
-                           Records& to, std::size_t n) {
-  const U ray = load(q.bits(kRay) + at);
+/// Aims rays of a register that begin within instances, as far as they go there.
+HWY_INLINE void aim_within(const World& w, const Records& q, std::size_t at, M within,
+                           const Reaches& reaches, Records& to, std::size_t n) {
+  U ray = load(q.bits(kRay) + at);
   const V d = direction_of(q, at);
   V step{splat(0), splat(0), splat(0)};
   visit_instances_of(ray, within, [&](std::uint32_t instance, M its) {
@@ -184,7 +260,18 @@ HWY_INLINE void aim_within(const World& w, const Records& q, std::size_t at, M w
   });
   store(step.x, to[kStepX] + n), store(step.y, to[kStepY] + n), store(step.z, to[kStepZ] + n);
   store(load(q[kTime] + at), to[kTime] + n);
-  store(radii, to[kLeft] + n);
+  F left = reaches.radii;
+  ray = hn::AndNot(splat_bits(kMeetsThin), ray);
+  const M thin = hn::Gt(reaches.majorants, splat(0));
+  if (!hn::AllFalse(kF, thin)) {
+    const Random::Seed seed{load(q.bits(kRng0) + at), load(q.bits(kRng1) + at)};
+    Random own = Random::stream(seed, kThinCollision);
+    const F tentative = own.exponential() / reaches.majorants;
+    const M meets = hn::And(thin, hn::Lt(tentative, left));
+    left = select(meets, tentative, left);
+    ray = select(meets, ray | splat_bits(kMeetsThin), ray);
+  }
+  store(left, to[kLeft] + n);
   store(ray, to.bits(kRay) + n);
 }
 

@@ -179,7 +179,11 @@ void visit_instances(const PathSetup& s, const Ray& ray, float time, double end,
 /// number of the instance with this bit.
 inline constexpr std::uint32_t kWithin = 1u << 31;
 [[nodiscard]] inline bool is_within(std::uint32_t ray) { return (ray & kWithin) != 0; }
-[[nodiscard]] inline std::uint32_t instance_within(std::uint32_t ray) { return ray & ~kWithin; }
+/// And this bit where a tentative collision in a thin volume around it ends the way so far.
+inline constexpr std::uint32_t kMeetsThin = 1u << 30;
+[[nodiscard]] inline std::uint32_t instance_within(std::uint32_t ray) {
+  return ray & ~(kWithin | kMeetsThin);
+}
 
 /// Those that are on their way, by number.
 class WorldRays {
