@@ -37,7 +37,7 @@ std::string kinds_of(CloudScene s, const std::vector<Affine>& places = {{}}) {
   std::string all;
   for (std::uint32_t i = 0; i < places.size(); ++i) {
     const bool known = setup.free_radii.known(i);
-    all += !known ? '0' : setup.free_radii.of(i).has_one() ? '1' : 'r';
+    all += !known ? '0' : setup.free_radii.of(i).is_endless() ? '1' : 'r';
   }
   return all;
 }
@@ -76,6 +76,30 @@ TEST(FreeRadii, AreEndlessWhereNoOtherInstanceReaches) {
   EXPECT_EQ(kinds_of(s, {at(0, 0), at(30, 0), at(0, 30)}), "111");
   EXPECT_EQ(kinds_of(s, {at(0, 0), at(30, 0), at(15, 10)}), "rrr");
   EXPECT_EQ(kinds_of(s, {at(0, 0), at(30, 0), at(-8, 8), at(30, 70)}), "r1r1");
+}
+
+/// More clouds in a haze than it can go through: each of them knows the haze.
+TEST(FreeRadii, AreEndlessInThinHazeAroundManyClouds) {
+  CloudScene s = cloud_scene();
+  s.options.guide = GuideUse::off;
+  CloudScene thin = s;
+  thin.medium.extinction = 1e-3;
+  VolumeOptions o = s.volume_options(), around = thin.volume_options();
+  around.instances = {scaling(Vec3d(100))};
+  o.instances.clear();
+  for (int i = 0; i < 1100; ++i) {
+    o.instances.push_back(translation({30.0 * (i % 11), 30.0 * (i / 11 % 10), 30.0 * (i / 110)}));
+  }
+  const Pyramid pyramid = build_pyramid(cloud().grid);
+  const Volume volumes[] = {pvol::make_volume(cloud().grid, pyramid, s.medium.medium(), o),
+                            pvol::make_volume(cloud().grid, pyramid, thin.medium.medium(), around)};
+  const detail::PathSetup setup(plan(volumes, s.scene()));
+  for (std::uint32_t i = 0; i < 1100; ++i) {
+    ASSERT_TRUE(setup.free_radii.known(i)) << i;
+    ASSERT_TRUE(setup.free_radii.of(i).is_endless()) << i;
+    ASSERT_EQ(setup.free_radii.of(i).thin_ones, 1u) << i;
+  }
+  EXPECT_FALSE(setup.free_radii.known(1100));
 }
 
 TEST(FreeRadii, AreKnownWhereLanesServeAndNothingMoves) {
@@ -264,11 +288,16 @@ TEST(FreeRadii, FindCollisionsInThinVolumes) {
   const auto make = [&](const CloudScene& of, const VolumeOptions& o) {
     return pvol::make_volume(cloud().grid, build_pyramid(cloud().grid), of.medium.medium(), o);
   };
-  const Volume volumes[] = {make(s, s.volume_options()), make(thin, turned)};
+  CloudScene other = thin;
+  other.medium.extinction = 0.7;
+  other.medium.albedo = Rgb(0.8f, 0.0f, 0.3f);
+  VolumeOptions large = other.volume_options();
+  large.instances = {translation({0, -9, 3}) * scaling(Vec3d(1.5))};
+  const Volume volumes[] = {make(s, s.volume_options()), make(thin, turned), make(other, large)};
   const auto add = [&](const std::string& name, CloudScene scene) {
     const detail::PathSetup setup(plan(volumes, scene.scene()));
     EXPECT_TRUE(setup.free_radii.known(0)) << name;
-    EXPECT_EQ(setup.free_radii.of(0).thin_ones, 1u) << name;
+    EXPECT_EQ(setup.free_radii.of(0).thin_ones, 2u) << name;
     const auto picture = [&](KernelKind kernel, std::span<const Volume> some) {
       scene.options.kernel = kernel;
       scene.options.samples = proof::samples(1200);

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
+#include <utility>
 
 #include "pvol/volume/facts.h"
 #include "render/scene/boxes.h"
@@ -12,7 +14,7 @@ namespace pvol::detail {
 namespace {
 
 constexpr float kEndlessRadius = 0x1p100f;
-// Of more times an instance's extinction a ray would stop too often for it.
+// Of an instance's extinction, that of all thin ones around it: rays stop for them.
 constexpr float kThin = 0.1f;
 constexpr double kRim = 1e-3;  // of a box's extent: the rounding of places in cells is lost in it
 
@@ -40,19 +42,30 @@ class Neighbours {
     std::vector<std::uint32_t> order(boxes.size());
     std::iota(order.begin(), order.end(), 0u);
     std::ranges::sort(order, {}, [&](std::uint32_t i) { return boxes[i].lo[axis]; });
-    // Up to here reach boxes whose neighbours were not counted to the end.
-    double crowded_to = -std::numeric_limits<double>::infinity();
+    const auto tested_each = std::max<std::size_t>(1000, kMostTests / (boxes.size() + 1));
+    // Boxes that were compared with too many, and the first of the order that they were not.
+    std::vector<std::pair<std::uint32_t, std::size_t>> wide;
+    double crowded_to = -std::numeric_limits<double>::infinity();  // once these are too many
     for (std::size_t a = 0; a < order.size(); ++a) {
       const std::uint32_t i = order[a];
       if (boxes[i].lo[axis] <= crowded_to) crowded_[i] = 1;
-      const std::size_t end = std::min(order.size(), a + 1 + kMostTested);
-      std::size_t b = a + 1;
-      for (; b < end && boxes[order[b]].lo[axis] <= boxes[i].hi[axis]; ++b) {
-        const std::uint32_t j = order[b];
-        if (meet(boxes[i], boxes[j])) of_[i].push_back(j), of_[j].push_back(i);
+      for (const auto& [other, rest] : wide) {
+        if (a >= rest && meet(boxes[i], boxes[other])) add(i, other);
       }
-      if (b < end || b == order.size()) continue;
-      crowded_[i] = 1, crowded_to = std::max(crowded_to, boxes[i].hi[axis]);
+      const auto reaches = [&](std::size_t b) {
+        return b < order.size() && boxes[order[b]].lo[axis] <= boxes[i].hi[axis];
+      };
+      std::size_t b = a + 1;
+      for (; reaches(b) && b - a <= tested_each && of_[i].size() <= kMost; ++b) {
+        if (meet(boxes[i], boxes[order[b]])) add(i, order[b]), add(order[b], i);
+      }
+      if (!reaches(b)) continue;
+      crowded_[i] = 1;
+      if (wide.size() < kMost) {
+        wide.emplace_back(i, b);
+      } else {
+        crowded_to = std::max(crowded_to, boxes[i].hi[axis]);
+      }
     }
     for (std::size_t i = 0; i < boxes.size(); ++i) crowded_[i] |= of_[i].size() > kMost;
   }
@@ -62,7 +75,11 @@ class Neighbours {
   [[nodiscard]] bool crowded(std::size_t box) const { return crowded_[box] != 0; }
 
  private:
-  static constexpr std::size_t kMostTested = 1000, kMost = 64;
+  static constexpr std::size_t kMostTests = 400'000'000, kMost = 64;
+
+  void add(std::uint32_t i, std::uint32_t other) {
+    if (of_[i].size() <= kMost) of_[i].push_back(other);
+  }
 
   std::vector<std::vector<std::uint32_t>> of_;
   std::vector<std::uint8_t> crowded_;
@@ -174,10 +191,6 @@ FreeRadii::FreeRadii(std::span<const VolumeSetup> volumes, const Instances& inst
   const auto moves = [&](std::uint32_t i) {
     return instances.moves() && instances.motion[i].place != nullptr;
   };
-  // Not all records know their times.
-  const auto flows = [&](std::uint32_t i) {
-    return volumes[instances.all[i].volume].volume.density.motion != nullptr;
-  };
   const Neighbours neighbours(boxes);
   std::vector<std::uint32_t> reached;  // by something that is not thin
   for (std::uint32_t i = 0; i < boxes.size(); ++i) {
@@ -188,8 +201,8 @@ FreeRadii::FreeRadii(std::span<const VolumeSetup> volumes, const Instances& inst
     g.first_thin = std::uint32_t(thin_.size());
     for (const std::uint32_t other : neighbours.of(i)) {
       const float majorant = extinction_of(other);
-      if (!may_be_thin || moves(other) || flows(other)) continue;
-      if (!(majorant < kThin * extinction_of(i))) continue;
+      if (!may_be_thin || moves(other)) continue;
+      if (!(g.majorant + majorant < kThin * extinction_of(i))) continue;
       thin_.push_back({other, majorant});
       ++g.thin_ones, g.majorant += majorant;
     }

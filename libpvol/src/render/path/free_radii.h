@@ -16,7 +16,8 @@ namespace pvol::detail {
 /// the volume's box. They are lower bounds, each for all of a cell of a grid over the box.
 class FreeRadii {
  public:
-  /// An instance whose box reaches into that of a much denser one.
+  /// An instance whose box reaches into that of a much denser one. All those around one have at
+  /// most a tenth of its largest extinction together.
   struct Thin {
     std::uint32_t instance;
     float majorant;  ///< of its extinction, per world length
@@ -31,7 +32,7 @@ class FreeRadii {
     std::uint32_t first_thin = 0, thin_ones = 0;
     float majorant = 0;  ///< of all thin ones together
 
-    [[nodiscard]] bool has_one() const { return size == Vec3i(1); }
+    [[nodiscard]] bool is_endless() const { return size == Vec3i(1); }
   };
 
   /// None.

@@ -100,7 +100,7 @@ struct PathSetup {
 
   std::vector<VolumeSetup> volumes;
   std::shared_ptr<const Instances> instances;     ///< of the volumes
-  FreeRadii free_radii;                           ///< of them (world_rays.h)
+  FreeRadii free_radii;                           ///< of them
   std::shared_ptr<const EmissionSetup> emission;  ///< along flights; null: there is none
   Lamps lamps{};  ///< where flights through any volume ask them (lamps_along.h), else none
   /// Of the volumes before lights that are seen (seen_lights-inl.h); null: flights add these.

@@ -69,7 +69,9 @@ inline void put_within(const World& w, RayKind kind, const Waiting& of, Vec3d pl
   const std::uint32_t instance = instance_within(of.q.bits(kRay)[of.at]);
   const std::uint32_t volume = w.volume_of(instance);
   Records& to = w.m.queues[volume][std::size_t(kind)];
-  const Vec3f from(place + Vec3d(DenseBounds::kBorder));
+  const SimdField& field = w.scenes[volume].field;
+  Vec3f from(place + Vec3d(DenseBounds::kBorder));
+  for (int k = 0; k < 3; ++k) from[k] = std::clamp(from[k], field.low[k], field.high[k]);
   const Reach reach = reach_from(w, instance, from, rng);
   const std::uint32_t ray = kWithin | (reach.meets_thin ? kMeetsThin : 0) | instance;
   const std::size_t n = put_waiting(ray, of, to);
@@ -93,12 +95,12 @@ void meet_thin(const World& w, RayKind kind, const Waiting& of, Vec3d place) {
   const Instance& other = w.setup.instances->all[thin.instance];
   const Volume& volume = w.setup.volumes[other.volume].volume;
   const Vec3d cells = other.world_to_cells.point(grid.to_world.point(place));
-  float extinction = 0;
-  if (volume.density.octree.support().contains(cells)) {
-    extinction = extinction_in_cells(volume, cells, of.q[kTime][of.at]);
-  }
+  const float extinction = extinction_in_cells(volume, cells, of.q[kTime][of.at]);
   Tally& tally = kind == RayKind::shadow ? w.m.counts.shadow : w.m.counts.path;
   tally.lookup();
+  if (w.setup.count) {
+    ++w.m.slots.counts[slot_of(of.q.bits(kId)[of.at])][std::size_t(PixelCounter::lookups)];
+  }
   if (!(v * thin.majorant < extinction)) {
     tally.null_collision();
     return put_within(w, kind, of, place, rng);
@@ -213,7 +215,8 @@ HWY_NOINLINE std::size_t put_hits_within(const World& w, std::size_t volume,
     for (std::size_t c = 0; c < ComponentKind::kWeights; ++c) put(kW0 + c);
     if (s.times) put(kTime);
     if (s.lines && s.volume.asks_lamps) put(kFromX), put(kFromY), put(kFromZ);
-    put(kRay);
+    const U ray = hn::AndNot(splat_bits(kMeetsThin), load(q.bits(kRay) + at));
+    pack(within, ray, to.bits(kRay) + to.n);
     to.n += count(within);
   }
   if (w.cells != nullptr) find_rows(w, to, from);
@@ -231,7 +234,7 @@ HWY_INLINE Reaches reaches_of(const World& w, const Records& q, std::size_t at, 
     const FreeRadii::Grid& g = w.setup.free_radii.of(instance);
     const float* const all = w.setup.free_radii.radii(g);
     r.majorants = select(its, splat(g.majorant), r.majorants);
-    if (g.has_one()) {
+    if (g.is_endless()) {
       r.radii = select(its, splat(*all), r.radii);
       return;
     }
@@ -261,7 +264,6 @@ HWY_INLINE void aim_within(const World& w, const Records& q, std::size_t at, M w
   store(step.x, to[kStepX] + n), store(step.y, to[kStepY] + n), store(step.z, to[kStepZ] + n);
   store(load(q[kTime] + at), to[kTime] + n);
   F left = reaches.radii;
-  ray = hn::AndNot(splat_bits(kMeetsThin), ray);
   const M thin = hn::Gt(reaches.majorants, splat(0));
   if (!hn::AllFalse(kF, thin)) {
     const Random::Seed seed{load(q.bits(kRng0) + at), load(q.bits(kRng1) + at)};

@@ -71,7 +71,7 @@ struct alignas(64) WorldRay {
   double nearest = kEndless;  ///< of its collisions
   RayKind kind = RayKind::camera;
   std::uint32_t hit = kNowhere;     ///< instance of the nearest collision
-  std::uint32_t within = kNowhere;  ///< instance in which it begins, by a collision there
+  std::uint32_t within = kNowhere;  ///< instance in which it begins
   float time = 0;                   ///< of its path, in frames
   std::uint32_t next = 0;           ///< of its visits
   bool searched = false;            ///< whether there are no others, and surfaces are known

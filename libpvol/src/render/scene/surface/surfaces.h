@@ -46,7 +46,7 @@ class SurfaceSet {
   /// False only where none reaches into a box of the world at any time of the shutter.
   [[nodiscard]] bool may_reach(const Box& box) const;
   /// How far a place of the world is at least from all of them while the shutter is open, up to
-  /// `most`; 0 where meshes move.
+  /// `most`; 0 where some move.
   [[nodiscard]] double distance(Vec3d place, double most) const;
 
   /// Whether the camera sees shadows alone of some.
