@@ -52,7 +52,7 @@ TEST(SkyLanes, FallIntoPixelsAtTheirDensityAndEstimateTheLight) {
   std::uint64_t stream = 0;
   for (const TestSky& p : pictures()) {
     const SkyPicture picture(p.sky, SkyPixels::even);
-    add_samples(p, Draws(picture, stream++), family);
+    add_samples(p, Draws(picture, stream++), {2e-6f, 3e-7}, family);
   }
   EXPECT_TRUE(family.passes());
 }

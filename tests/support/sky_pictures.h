@@ -102,10 +102,16 @@ inline std::vector<TestSky> pictures() {
   return all;
 }
 
+/// How far the density of a sample may be off, relatively, and the length of its direction.
+struct SampleErrors {
+  float pdf;
+  double length;
+};
+
 /// That samples of draw() fall into the pixels at the density that they have, and estimate the
 /// light.
 template <class Draw>
-void add_samples(const TestSky& p, Draw draw, proof::Family& family) {
+void add_samples(const TestSky& p, Draw draw, SampleErrors errors, proof::Family& family) {
   constexpr int kSamples = 200'000;
   const SkyLight sky(p.sky);
   std::vector<std::uint64_t> observed(p.sky.pixels.size());
@@ -121,10 +127,11 @@ void add_samples(const TestSky& p, Draw draw, proof::Family& family) {
   for (int i = 0; i < kSamples; ++i) {
     const LightSample l = draw();
     ASSERT_GT(l.pdf, 0);
-    ASSERT_NEAR(length(Vec3d(l.direction)), 1, 3e-7);
+    ASSERT_NEAR(length(Vec3d(l.direction)), 1, errors.length);
     // Rounding the direction to float may put it across a border, rarely.
     const float pdf = sky.pdf(l.direction);
-    misplaced += std::abs(l.pdf - pdf) > 2e-6f * pdf || l.radiance != sky.radiance(l.direction);
+    misplaced +=
+        std::abs(l.pdf - pdf) > errors.pdf * pdf || l.radiance != sky.radiance(l.direction);
     const auto along = [&](Vec3d axis) { return dot(Vec3d(l.direction), p.upright(axis)); };
     const double theta = std::acos(std::clamp(along({0, 1, 0}), -1.0, 1.0)) / TestSky::kPi;
     double turns =
