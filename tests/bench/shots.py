@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Cost at equal noise of twelve shots, each hard for another kind of light: two programs, or two settings of
-one, in turn in one run, on one thread.
+"""Cost at equal noise of shots, each hard for another kind of light: two programs, or two settings of one, in
+turn in one run, on one thread.
 
     tests/bench/shots.py OLD NEW [--rounds 3] [--size 160x90] [--spp 16] [--more 64] [--shot NAME]...
     tests/bench/shots.py NEW "NEW --guide off"
@@ -16,6 +16,7 @@ and the root of the last for NEW at this number of samples. kernels.py builds th
 revision; scenes.py does the same for scenes of every kind, by the variances that a picture reports."""
 import argparse
 import json
+import math
 import pathlib
 import shlex
 import subprocess
@@ -51,9 +52,25 @@ def point(position, intensity):
     return f"[[point]]\nposition = {list(position)}\nintensity = {intensity}\n"
 
 
-def street_lamps():
-    places = [(-1.9 + 3.8 * (k % 20) / 19, -0.12, -1.9 + 3.8 * (k // 20) / 9) for k in range(200)]
-    return "".join(point(p, [0.04, 0.03, 0.015]) for p in places)
+def spot_down(position, intensity):
+    return (f"[[spot]]\nposition = {list(position)}\nintensity = {intensity}\n"
+            "direction = [0, -1, 0]\nangle = 120\n")
+
+
+def street_lamps(columns=20, rows=10, lamp=point):
+    """In a grid, which is as bright whatever their number."""
+    places = [(-1.9 + 3.8 * (k % columns) / (columns - 1), -0.12, -1.9 + 3.8 * (k // columns) / (rows - 1))
+              for k in range(columns * rows)]
+    share = 200 / (columns * rows)
+    return "".join(lamp(p, [0.04 * share, 0.03 * share, 0.015 * share]) for p in places)
+
+
+def lamps_around(count):
+    """Of several colours, in a ring."""
+    colors = [6, 4, 2], [1, 5, 3], [2, 2, 8]
+    turns = [2 * math.pi * k / count for k in range(count)]
+    return "".join(point((2.6 * math.cos(t), 0.1 + 0.2 * (k % 5), 2.6 * math.sin(t)),
+                         [12 / count * c for c in colors[k % 3]]) for k, t in enumerate(turns))
 
 
 def broken_clouds():
@@ -65,6 +82,8 @@ def broken_clouds():
 
 SMOKE = "albedo = 0.9", "g = 0.3"
 CLOUD = "albedo = 0.999", "g = 0.85"
+STREET = (volume("stratus.toml", "extinction = 1.5", "albedo = 0.95", "g = 0.6") + plane(-0.25, 0.1) + NIGHT +
+          camera([0, 1.4, 5], [0, 0, 0], 34))
 BEFORE_COLUMN = camera([0.4, 1.3, 6.5], [0.2, 1.2, 0], 26)
 SHOTS = {
     "lamp in thin smoke": volume("column.toml", "extinction = 0.6", *SMOKE) + NIGHT + BEFORE_COLUMN +
@@ -82,8 +101,12 @@ SHOTS = {
     camera([0.5, 0.5, 5], [0, 0.2, 0], 34) +
     '[environment]\ntype = "clear"\ndate = "2024-06-21T10:00:00+02:00"\nlatitude = 41.4\nlongitude = 2.2\n'
     "turbidity = 3\n",
-    "street lamps in fog": volume("stratus.toml", "extinction = 1.5", "albedo = 0.95", "g = 0.6") +
-    plane(-0.25, 0.1) + NIGHT + camera([0, 1.4, 5], [0, 0, 0], 34) + street_lamps(),
+    "street lamps in fog": STREET + street_lamps(),
+    "50 street lamps in fog": STREET + street_lamps(10, 5),
+    "5000 street lamps in fog": STREET + street_lamps(100, 50),
+    "1000 street spots in fog": STREET + street_lamps(50, 20, spot_down),
+    "twelve lamps over a ground": volume("cumulus.toml", "extinction = 40", *CLOUD) + plane(-0.9, 0.4) +
+    NIGHT + camera([0, 1.2, 6], [0, 0, 0], 34) + lamps_around(12),
     "campfire with a ground": volume("column.toml", "extinction = 6", "albedo = 0.87", "g = 0.4",
                                      "translate = [0, 0.42, 0]") +
     f'[[volume]]\nfile = "{SAMPLES}/flame.toml"\n' + FLAME + plane(0, 0.2) + NIGHT +

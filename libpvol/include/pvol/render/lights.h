@@ -42,8 +42,8 @@ struct SunLight {
   [[nodiscard]] LightSample sample(const Where&, Rng& rng) const {
     return disc_pdf == 0 ? LightSample{direction, irradiance} : sample_disc(rng);
   }
-  /// Whether rays on their way may meet it, at a place that is not infinitely far.
-  [[nodiscard]] static constexpr bool is_met() { return false; }
+  /// Around the places where rays on their way may meet it, if these are not infinitely far.
+  [[nodiscard]] static Box met_within() { return {}; }
   /// What a ray of unit direction meets of it before a distance.
   [[nodiscard]] static LightMet met(const Ray&, double) { return {}; }
   /// About the irradiance in a box of the world, on planes that face the light.
@@ -59,8 +59,5 @@ struct SunLight {
 /// libpvol/SOURCES.md.
 using LightSource = std::variant<SunLight, PointSource, BallSource, SpotSource, AreaSource>;
 [[nodiscard]] std::vector<LightSource> make_light_sources(std::span<const Light> lights);
-
-/// Whether rays meet some of them on their way.
-[[nodiscard]] bool any_is_met(std::span<const LightSource> lights);
 
 }  // namespace pvol

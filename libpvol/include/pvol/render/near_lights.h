@@ -22,7 +22,7 @@ struct PointSource {
   [[nodiscard]] LightSample sample(const Where& where, Rng&) const {
     return arriving_at(where());
   }
-  [[nodiscard]] static constexpr bool is_met() { return false; }
+  [[nodiscard]] static Box met_within() { return {}; }
   [[nodiscard]] static LightMet met(const Ray&, double) { return {}; }
   /// That at the centre of the box or, where the light is nearer to it than the corners are, that
   /// at the corners' distance.
@@ -45,7 +45,7 @@ class BallSource {
   [[nodiscard]] LightSample sample(const Where& where, Rng& rng) const {
     return sample_from(where(), rng);
   }
-  [[nodiscard]] static constexpr bool is_met() { return true; }
+  [[nodiscard]] Box met_within() const;
   [[nodiscard]] LightMet met(const Ray& ray, double distance) const;
   [[nodiscard]] Rgb irradiance_on(const Box& box) const { return centre_.irradiance_on(box); }
   [[nodiscard]] Rgb on_plane(Vec3d place, Vec3d normal) const;
@@ -73,7 +73,7 @@ class SpotSource {
   [[nodiscard]] LightSample sample(const Where& where, Rng&) const {
     return arriving_at(where());
   }
-  [[nodiscard]] static constexpr bool is_met() { return false; }
+  [[nodiscard]] static Box met_within() { return {}; }
   [[nodiscard]] static LightMet met(const Ray&, double) { return {}; }
   [[nodiscard]] Rgb irradiance_on(const Box& box) const;
   [[nodiscard]] Rgb on_plane(Vec3d place, Vec3d normal) const;
@@ -101,7 +101,7 @@ class AreaSource {
   [[nodiscard]] LightSample sample(const Where& where, Rng& rng) const {
     return sample_from(where(), rng);
   }
-  [[nodiscard]] static constexpr bool is_met() { return true; }
+  [[nodiscard]] Box met_within() const;
   [[nodiscard]] LightMet met(const Ray& ray, double distance) const;
   [[nodiscard]] Rgb irradiance_on(const Box& box) const;
   [[nodiscard]] Rgb on_plane(Vec3d place, Vec3d normal) const;

@@ -204,9 +204,8 @@ Rgb PhotonSources::seen_on(const SurfaceHit& surface, Rng& rng) const {
   const Vec3f up = sample_phase(lobe, {}, rng);
   const bool open = !s_.surfaces->shadow->block({surface.place, Vec3d(up)}, kEndless, 0);
   Rgb sum = open ? s_.light.sky.radiance(up) : Rgb(0.0f);
-  const auto even = [](std::size_t) { return 1.0f; };
-  std::vector<double> weights;
-  ask_each(s_, surface.place, even, weights, rng, [&](std::size_t i, float factor) {
+  LightCut cut;
+  ask_each(s_.light, {surface.place, surface.normal}, cut, rng, [&](std::size_t i, float factor) {
     const LightSample l = sample_light(s_.light.sources[i], surface.place, rng);
     const float cosine = std::max(0.0f, dot(lobe.normal, l.direction));
     if (!(cosine > 0)) return;

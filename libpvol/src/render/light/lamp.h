@@ -1,9 +1,6 @@
 // Lights at places, as points.
 #pragma once
 
-#include <span>
-#include <vector>
-
 #include "pvol/render/lights.h"
 
 namespace pvol::detail {
@@ -18,15 +15,5 @@ struct Lamp {
 
 /// Whether it has an extent that the camera sees.
 [[nodiscard]] bool camera_meets(const Light& light);
-
-/// Those of a scene by the numbers of its lights, and as tables of floats for choices among many.
-struct Lamps {
-  std::vector<Lamp> all{};
-  std::vector<double> x{}, y{}, z{};  ///< places
-  std::vector<float> power{};         ///< with the greatest as unit
-
-  Lamps() = default;
-  explicit Lamps(std::span<const LightSource> lights);
-};
 
 }  // namespace pvol::detail

@@ -62,10 +62,4 @@ std::vector<LightSource> make_light_sources(std::span<const Light> lights) {
   return sources;
 }
 
-bool any_is_met(std::span<const LightSource> lights) {
-  return std::ranges::any_of(lights, [](const LightSource& source) {
-    return std::visit([](const auto& light) { return light.is_met(); }, source);
-  });
-}
-
 }  // namespace pvol

@@ -15,6 +15,8 @@ using std::numbers::pi;
 
 constexpr LightSample kDark{Vec3f(0, 0, 1), Rgb(0.0f)};
 
+Box around(Vec3d centre, double radius) { return {centre - Vec3d(radius), centre + Vec3d(radius)}; }
+
 /// The corners and the centre of a box.
 std::array<Vec3d, 9> places_of(const Box& b) {
   std::array<Vec3d, 9> all;
@@ -72,6 +74,8 @@ LightSample BallSource::sample_from(Vec3d place, Rng& rng) const {
   return {turn(Vec3f(way / distance), float(own), azimuth), radiance_, float(1 / (2 * pi * c)),
           near};
 }
+
+Box BallSource::met_within() const { return around(centre_.position, radius_); }
 
 LightMet BallSource::met(const Ray& ray, double distance) const {
   const Vec3d way = centre_.position - ray.o, d = normalize(ray.d);
@@ -227,6 +231,10 @@ LightSample AreaSource::sample_from(Vec3d place, Rng& rng) const {
   if (!(distance > 0 && std::isfinite(float(pdf)))) return kDark;
   const Vec3d way = x_ * at.x + y_ * at.y + normal_ * at.z;
   return {Vec3f(way / distance), radiance_, float(pdf), distance};
+}
+
+Box AreaSource::met_within() const {
+  return around(centre_.position, std::hypot(width_, height_) / 2);
 }
 
 LightMet AreaSource::met(const Ray& ray, double distance) const {

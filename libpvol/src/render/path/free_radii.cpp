@@ -24,21 +24,20 @@ Box world_box_of(const Volume& v, std::size_t place) {
   return {box.lo - rim, box.hi + rim};
 }
 
-/// The axis along which the middles of boxes are spread most.
-int longest_axis(std::span<const Box> boxes) {
+/// The box around the middles of boxes.
+Box around_middles(std::span<const Box> boxes) {
   Box middles;
   for (const Box& b : boxes) {
     if (!b.empty()) middles = extend(middles, b.centre());
   }
-  const Vec3d e = middles.extent();
-  return e.x >= e.y && e.x >= e.z ? 0 : e.y >= e.z ? 1 : 2;
+  return middles;
 }
 
 /// Of each of some boxes, which others it meets.
 class Neighbours {
  public:
   explicit Neighbours(std::span<const Box> boxes) : of_(boxes.size()), crowded_(boxes.size()) {
-    const int axis = longest_axis(boxes);
+    const int axis = longest_axis(around_middles(boxes));
     std::vector<std::uint32_t> order(boxes.size());
     std::iota(order.begin(), order.end(), 0u);
     std::ranges::sort(order, {}, [&](std::uint32_t i) { return boxes[i].lo[axis]; });

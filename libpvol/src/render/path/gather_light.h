@@ -112,13 +112,13 @@ template <class Pdf>
   const float p = pdf();
   if (p == 0 && s.depths != nullptr) return;
   const Ray ray{flight.from, Vec3d(flight.direction)};
-  for (std::size_t i = 0; i < s.light.sources.size(); ++i) {
+  s.light.met.visit(ray, flight.length, [&](std::size_t i) {
     const LightMet met = std::visit(
         [&](const auto& light) { return light.met(ray, flight.length); }, s.light.sources[i]);
-    if (!(largest(met.radiance) > 0)) continue;
-    if (p == 0 && !met.visible) continue;  // of the camera
+    if (!(largest(met.radiance) > 0)) return;
+    if (p == 0 && !met.visible) return;  // of the camera
     add_light(s, i, throughput * met.radiance * (p > 0 ? balance(p, met.pdf) : 1.0f), r);
-  }
+  });
 }
 
 /// What a flight brings besides its end: emission along it, and lights that it passes.
@@ -129,16 +129,15 @@ inline void add_on_the_way(const PathSetup& s, const FlightLine& flight, const P
     const auto sampled = [&] { return s.emission->sampled_in_volumes ? pdf() : 0.0f; };
     add_along(s, flight, sampled, throughput, along, r);
   }
-  if (s.light.met_on_flights) add_met(s, flight, pdf, throughput, r);
+  if (s.light.met.any()) add_met(s, flight, pdf, throughput, r);
 }
 
 /// Light of suns and of the sky in the direction of a camera ray that met nothing.
 inline void add_seen(const PathSetup& s, Vec3f direction, Rgb throughput, PathResult& r) {
   add_light(s, s.light.sources.size(), throughput * (s.light.sky.radiance(direction) - s.constant),
             r);
-  for (std::size_t i = 0; i < s.light.sources.size(); ++i) {
-    const auto* const sun = std::get_if<SunLight>(&s.light.sources[i]);
-    if (sun != nullptr) add_light(s, i, throughput * sun->seen(direction), r);
+  for (const std::uint32_t i : s.light.suns) {
+    add_light(s, i, throughput * std::get<SunLight>(s.light.sources[i]).seen(direction), r);
   }
 }
 
@@ -157,12 +156,11 @@ inline void add_scattered(const PathSetup& s, const Pdf& pdf, Vec3f direction, R
   Rgb sum = s.light.sky.radiance(direction) - s.constant;
   if (s.light.sky.sampled()) sum *= balance(pdf(), s.light.sky.pdf(direction));
   if (r.in_layers()) r.sky() += throughput * sum;
-  for (std::size_t i = 0; i < s.light.sources.size(); ++i) {
-    const auto* const sun = std::get_if<SunLight>(&s.light.sources[i]);
-    if (sun == nullptr) continue;
-    const Rgb seen = sun->seen(direction);
+  for (const std::uint32_t i : s.light.suns) {
+    const auto& sun = std::get<SunLight>(s.light.sources[i]);
+    const Rgb seen = sun.seen(direction);
     if (!(largest(seen) > 0)) continue;
-    const Rgb weighted = seen * balance(pdf(), sun->pdf());
+    const Rgb weighted = seen * balance(pdf(), sun.pdf());
     sum += weighted;
     if (r.in_layers()) r.layers[i] += throughput * weighted;
   }
@@ -177,59 +175,14 @@ inline void add_scattered(const PathSetup& s, const Pdf& pdf, Vec3f direction, R
 /// Of many lights so many are drawn.
 inline constexpr int kAsked = 4;
 
-/// The sum, in four parts that a processor adds at once.
-[[nodiscard]] inline double sum_of(std::span<const double> values) {
-  std::array<double, 4> parts{};
-  for (std::size_t i = 0; i < values.size(); ++i) parts[i % 4] += values[i];
-  return (parts[0] + parts[1]) + (parts[2] + parts[3]);
-}
-
-/// ask(i, 1 / expected number of times that it is asked) for numbers that are drawn by weights: one
-/// from each of so many equal parts of their sum (THEORY.md, T5.19).
+/// ask(i, 1 / expected number of times that it is asked) on a surface for all lights, or for some
+/// of many. `cut` is for its own use.
 template <class Ask>
-inline void draw_some(std::span<const double> weights, int parts, Rng& rng, const Ask& ask) {
-  constexpr std::size_t kBlock = 16;  // weights are passed block by block
-  const auto block = [&](std::size_t first) {
-    return weights.subspan(first, std::min(kBlock, weights.size() - first));
-  };
-  double sum = 0;
-  for (std::size_t i = 0; i < weights.size(); i += kBlock) sum += sum_of(block(i));
-  if (!(sum > 0)) return;
-  const double part = sum / parts;
-  double next = double(rng.uniform()) * part, below = 0;
-  int asked = 0;
-  for (std::size_t first = 0; first < weights.size() && asked < parts; first += kBlock) {
-    double up_to = below;
-    below += sum_of(block(first));
-    for (std::size_t i = first; i < first + block(first).size() && next < below; ++i) {
-      up_to += weights[i];
-      for (; asked < parts && weights[i] > 0 && next < up_to; ++asked) {
-        ask(i, float(part / weights[i]));
-        next = (asked + 1 + double(rng.uniform())) * part;
-      }
-    }
-  }
-}
-
-/// The same for lights, drawn by what they bring to the place, about, times the importance of their
-/// shadow rays there. `weights` is for its own use.
-template <class ShadowImportance, class Ask>
-[[gnu::noinline]] inline void ask_some(const PathSetup& s, Vec3d place,
-                                       const ShadowImportance& importance,
-                                       std::vector<double>& weights, Rng& rng, const Ask& ask) {
-  const std::size_t lights = s.light.sources.size();
-  weights.resize(lights);
-  s.light.many->weigh(place, weights);
-  for (std::size_t i = 0; i < lights; ++i) weights[i] *= double(importance(i));
-  draw_some(weights, kAsked, rng, ask);
-}
-
-/// ask(i, 1 / expected number of times that it is asked) for all lights, or for some of many.
-template <class ShadowImportance, class Ask>
-inline void ask_each(const PathSetup& s, Vec3d place, const ShadowImportance& importance,
-                     std::vector<double>& weights, Rng& rng, const Ask& ask) {
-  if (s.light.many != nullptr) return ask_some(s, place, importance, weights, rng, ask);
-  for (std::size_t i = 0; i < s.light.sources.size(); ++i) ask(i, 1);
+inline void ask_each(const LightSetup& lights, const OnPlane& at, LightCut& cut, Rng& rng,
+                     const Ask& ask) {
+  const auto even = [](std::size_t) { return 1.0f; };
+  if (lights.drawn_on_surfaces) return lights.many->draw(at, kAsked, even, cut, rng, ask);
+  for (std::size_t i = 0; i < lights.sources.size(); ++i) ask(i, 1.0f);
 }
 
 /// The probability of a ray towards a fire, into whose direction a path of this throughput is

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "render/path/local_medium.h"
 #include "volume/cell_look_up.h"
@@ -118,25 +117,6 @@ std::optional<LampPoint> draw_lamp_point(const FlightThrough& f, const LightSour
   const Rgb color = local_color({&f.volume, f.cells.at(chosen)}, f.time);
   const Rgb albedo = component.albedo * color * f.volume.volume.medium.extinction_color;
   return LampPoint{place, l, albedo * (share * float(sum * factor))};
-}
-
-void weigh_lamps(const FlightThrough& f, const Lamps& lamps, std::span<double> to) {
-  const Vec3d from = f.world.at(f.box.t0);
-  const Vec3f d(f.world.d);
-  const auto length = float(std::min(f.box.t1, f.length) - f.box.t0);
-  const float share = length / std::numbers::pi_v<float>;
-  // As near to a ray as EvenAngles takes a lamp to be.
-  const float nearest = std::max(1e-12f * length * length, 1e-30f);
-  for (std::size_t i = 0; i < lamps.power.size(); ++i) {
-    // From the flight on, so that no lamp far away takes the digits of those near by.
-    const auto x = float(lamps.x[i] - from.x), y = float(lamps.y[i] - from.y),
-               z = float(lamps.z[i] - from.z);
-    const float t = std::max(0.0f, std::min(x * d.x + y * d.y + z * d.z, length));
-    const float ax = x - d.x * t, ay = y - d.y * t, az = z - d.z * t;
-    const float square = std::max(ax * ax + ay * ay + az * az, nearest);
-    // Exact where light falls evenly on the flight, and where that is endless.
-    to[i] = double(lamps.power[i] / (square + std::sqrt(square) * share));
-  }
 }
 
 }  // namespace pvol::detail

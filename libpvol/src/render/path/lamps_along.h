@@ -2,9 +2,9 @@
 // where they end (THEORY.md, T5.25).
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "render/path/gather_light.h"
 
@@ -75,27 +75,24 @@ struct LampPoint {
                                                        const LightSource& light, const Lamp& lamp,
                                                        Rng& rng);
 
-/// What each lamp brings to a flight that enters the volume, about.
-void weigh_lamps(const FlightThrough& f, const Lamps& lamps, std::span<double> to);
-
 /// Of more lamps so many are drawn for a flight.
 inline constexpr int kAskedAlong = 2;
 
-/// ask(number, 1 / expected number of times that it is asked) for lamps along a flight; `weights`
-/// is for its own use.
+/// ask(number, 1 / expected number of times that it is asked) for lamps along a flight; `cut` is
+/// for its own use.
 template <class Ask>
-void ask_lamps(const FlightThrough& f, const Lamps& lamps, std::vector<double>& weights, Rng& rng,
-               const Ask& ask) {
+void ask_lamps(const FlightThrough& f, std::span<const Lamp> lamps, const ManyLights& many,
+               LightCut& cut, Rng& rng, const Ask& ask) {
   if (!f.enters()) return;
-  if (lamps.all.size() <= std::size_t(kAskedAlong)) {
-    for (std::size_t i = 0; i < lamps.all.size(); ++i) {
-      if (lamps.all[i].power > 0) ask(i, 1.0f);
+  if (lamps.size() <= std::size_t(kAskedAlong)) {
+    for (std::size_t i = 0; i < lamps.size(); ++i) {
+      if (lamps[i].power > 0) ask(i, 1.0f);
     }
     return;
   }
-  weights.resize(lamps.all.size());
-  weigh_lamps(f, lamps, weights);
-  draw_some(weights, kAskedAlong, rng, ask);
+  const AlongFlight at{f.world.at(f.box.t0), f.world.d, std::min(f.box.t1, f.length) - f.box.t0};
+  many.draw(
+      at, kAskedAlong, [](std::size_t) { return 1.0f; }, cut, rng, ask);
 }
 
 }  // namespace pvol::detail

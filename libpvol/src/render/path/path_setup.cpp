@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
+#include <string>
+#include <unordered_map>
 
 #include "pvol/volume/facts.h"
 #include "render/scene/small_picture.h"
@@ -12,8 +15,16 @@
 namespace pvol::detail {
 namespace {
 
-/// Most lights that are all asked at a collision.
-constexpr std::size_t kMostAsked = 64;
+/// Most lights that are all asked at a collision, and on a surface.
+constexpr std::size_t kMostInVolumes = 64, kMostOnSurfaces = 16;
+
+[[nodiscard]] std::vector<std::uint32_t> numbers_of_suns(std::span<const LightSource> lights) {
+  std::vector<std::uint32_t> suns;
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    if (std::holds_alternative<SunLight>(lights[i])) suns.push_back(std::uint32_t(i));
+  }
+  return suns;
+}
 
 /// A share of the light that falls on the volumes.
 [[nodiscard]] float shadow_unit_of(const SkyLight& sky, std::span<const LightSource> lights,
@@ -88,9 +99,12 @@ LightSetup::LightSetup(const RenderPlan& plan, const Box& box)
                              : std::make_shared<const Lighting>(make_lighting(plan.scene))),
       sky(lighting->sky),
       sources(make_light_sources(lighting->lights)),
-      many(sources.size() > kMostAsked ? std::make_shared<const ManyLights>(sources) : nullptr),
+      suns(numbers_of_suns(sources)),
+      many(std::make_shared<const ManyLights>(lighting->lights)),
+      drawn_in_volumes(sources.size() > kMostInVolumes),
+      drawn_on_surfaces(sources.size() > kMostOnSurfaces),
       shadow_unit(shadow_unit_of(sky, sources, box)),
-      met_on_flights(any_is_met(sources)),
+      met(sources),
       bright_sky(bright_sky_of(sky)),
       seen(find_seen(lighting->lights, sources, std::isfinite(bright_sky))),
       open_sky(plan.surfaces && plan.surfaces->camera->catch_shadows()
@@ -99,6 +113,12 @@ LightSetup::LightSetup(const RenderPlan& plan, const Box& box)
 
 LayerNames::LayerNames(const Lighting& lighting) {
   std::vector<int> of_kind(std::variant_size_v<Light>);
+  std::unordered_map<std::string, std::size_t> number_of;
+  const auto add = [&](const std::string& name) {
+    const auto [at, is_new] = number_of.try_emplace(name, names.size());
+    of.push_back(at->second);
+    if (is_new) names.push_back(name);
+  };
   for (const Light& light : lighting.lights) {
     const int number = ++of_kind[light.index()];
     const std::string group = std::visit([](const auto& l) { return l.group; }, light);
@@ -106,12 +126,6 @@ LayerNames::LayerNames(const Lighting& lighting) {
   }
   add("sky");
   add("emission");
-}
-
-void LayerNames::add(const std::string& name) {
-  const auto at = std::find(names.begin(), names.end(), name);
-  of.push_back(std::size_t(at - names.begin()));
-  if (at == names.end()) names.push_back(name);
 }
 
 PathSetup::PathSetup(const RenderPlan& plan, Rgb constant_,
@@ -149,10 +163,12 @@ PathSetup::PathSetup(const RenderPlan& plan, Rgb constant_,
     volumes.back().asks_lamps = i < plan.line_lamps.size() && plan.line_lamps[i];
     if (plan.shells[i].kept) volumes.back().shell.emplace(*v.shell, v.density.octree.origin);
   }
-  if (std::ranges::any_of(volumes, &VolumeSetup::asks_lamps)) lamps = Lamps(light.sources);
+  if (std::ranges::any_of(volumes, &VolumeSetup::asks_lamps)) {
+    std::ranges::transform(light.sources, std::back_inserter(lamps), lamp_of);
+  }
   if (!light.seen.empty()) depths = prepare_depths(plan);
   // Of records without weights, and whose ways bring nothing.
-  const bool may_be_thin = !weighs && !flights_bring_light() && lamps.all.empty();
+  const bool may_be_thin = !weighs && !flights_bring_light() && lamps.empty();
   free_radii = FreeRadii(volumes, *instances, surfaces.get(), may_be_thin);
 }
 

@@ -12,10 +12,11 @@
 #include "pvol/render/plan.h"
 #include "render/light/emission/emission_setup.h"
 #include "render/light/lamp.h"
+#include "render/light/many_lights.h"
+#include "render/light/met_lights.h"
 #include "render/light/open_sky.h"
 #include "render/path/free_radii.h"
 #include "render/path/instances.h"
-#include "render/path/many_lights.h"
 #include "render/path/pixel_importance.h"
 #include "render/path/scene_objects.h"
 #include "render/path/volume_setup.h"
@@ -59,10 +60,12 @@ struct LightSetup {
   std::shared_ptr<const Lighting> lighting;
   SkyLight sky;  ///< that of the lighting, as are the lights
   std::vector<LightSource> sources;
-  std::shared_ptr<const ManyLights> many;  ///< where some are drawn of so many, else null
-  float shadow_unit;    ///< radiance for which there is one shadow ray (THEORY.md, T5.2)
-  bool met_on_flights;  ///< whether flights may meet some of the lights
-  float bright_sky;     ///< luminance from which on the sky is seen as lights are
+  std::vector<std::uint32_t> suns;           ///< their numbers
+  std::shared_ptr<const ManyLights> many;    ///< the same, for drawing some
+  bool drawn_in_volumes, drawn_on_surfaces;  ///< whether there are so many that some are drawn
+  float shadow_unit;  ///< radiance for which there is one shadow ray (THEORY.md, T5.2)
+  MetLights met;
+  float bright_sky;  ///< luminance from which on the sky is seen as lights are
   /// Numbers of those that the camera may see; that of the sky is the one after them.
   std::vector<std::uint32_t> seen;
   std::shared_ptr<const OpenSky> open_sky;  ///< where surfaces catch shadows, else null
@@ -79,10 +82,6 @@ struct LayerNames {
   std::vector<std::size_t> of;
 
   explicit LayerNames(const Lighting& lighting);
-
- private:
-  /// Names the layer of the next light, which others may share.
-  void add(const std::string& name);
 };
 
 struct PathSetup {
@@ -102,7 +101,9 @@ struct PathSetup {
   std::shared_ptr<const Instances> instances;     ///< of the volumes
   FreeRadii free_radii;                           ///< of them
   std::shared_ptr<const EmissionSetup> emission;  ///< along flights; null: there is none
-  Lamps lamps{};  ///< where flights through any volume ask them (lamps_along.h), else none
+  /// By the numbers of lights; where flights through any volume ask them (lamps_along.h), else
+  /// none.
+  std::vector<Lamp> lamps{};
   /// Of the volumes before lights that are seen (seen_lights-inl.h); null: flights add these.
   std::shared_ptr<const LineSources> depths;
   std::shared_ptr<const Surfaces> surfaces;     ///< null: there are none
@@ -133,9 +134,7 @@ struct PathSetup {
   /// Whether paths go through one volume alone, which stands still: in its cells.
   [[nodiscard]] bool is_one_still() const { return instances->is_one_still() && !surfaces; }
   /// Whether flights bring light besides that of their ends: of fires, or of lights that they pass.
-  [[nodiscard]] bool flights_bring_light() const {
-    return emission != nullptr || light.met_on_flights;
-  }
+  [[nodiscard]] bool flights_bring_light() const { return emission != nullptr || light.met.any(); }
   /// Whether scatterings in volumes sample fires as lights.
   [[nodiscard]] bool samples_fires() const {
     return emission != nullptr && emission->sampled_in_volumes;

@@ -13,6 +13,11 @@ namespace pvol::detail {
   return true;
 }
 
+[[nodiscard]] inline int longest_axis(const Box& b) {
+  const Vec3d e = b.extent();
+  return e.x >= e.y && e.x >= e.z ? 0 : e.y >= e.z ? 1 : 2;
+}
+
 /// From a point to a box that is not empty; 0 within.
 [[nodiscard]] inline double distance(const Box& b, Vec3d p) {
   return length(max(max(b.lo - p, p - b.hi), Vec3d(0.0)));

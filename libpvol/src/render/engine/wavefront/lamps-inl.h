@@ -59,22 +59,23 @@ void ask_lamps(const WavefrontScene& s, WavefrontMemory& m, const FlightThrough&
   constexpr float kMoreRays = 16;
   const PathSetup& setup = s.setup;
   if (number_of(id) >= setup.max_bounces) return;
-  detail::ask_lamps(f, setup.lamps, m.light_weights, rng, [&](std::size_t i, float times) {
-    const auto p = draw_lamp_point(f, setup.light.sources[i], setup.lamps.all[i], rng);
-    const Rgb own = s.lights[i].radiance;
-    if (!p || !(largest(own) > 0)) return;
-    LampRay ray{p->place, p->towards.direction, p->towards.distance,
-                weight * p->factor * (times * (largest(p->towards.radiance) / largest(own))),
-                slot_of(id) | std::uint32_t(i) << 16};
-    if (s.orders) ray.id |= std::min<std::uint32_t>(number_of(id) + 1, 2) << 30;
-    const float value = kMoreRays * absolute_luminance(ray.weight * own) / setup.light.shadow_unit *
-                        m.slots.importance_of(slot_of(id));
-    if (!(value > 0) || (value < 1 && !(rng.uniform() < value))) return;
-    if (value < 1) ray.weight *= 1 / value;
-    const Philox::Block state = rng.block();
-    ++m.counts.shadow_rays;
-    send(ray, Rng(std::uint32_t(state.lo), std::uint32_t(state.hi), kToLamp));
-  });
+  detail::ask_lamps(
+      f, setup.lamps, *setup.light.many, m.light_cut, rng, [&](std::size_t i, float times) {
+        const auto p = draw_lamp_point(f, setup.light.sources[i], setup.lamps[i], rng);
+        const Rgb own = s.lights[i].radiance;
+        if (!p || !(largest(own) > 0)) return;
+        LampRay ray{p->place, p->towards.direction, p->towards.distance,
+                    weight * p->factor * (times * (largest(p->towards.radiance) / largest(own))),
+                    slot_of(id) | std::uint32_t(i) << 16};
+        if (s.orders) ray.id |= std::min<std::uint32_t>(number_of(id) + 1, 2) << 30;
+        const float value = kMoreRays * absolute_luminance(ray.weight * own) /
+                            setup.light.shadow_unit * m.slots.importance_of(slot_of(id));
+        if (!(value > 0) || (value < 1 && !(rng.uniform() < value))) return;
+        if (value < 1) ray.weight *= 1 / value;
+        const Philox::Block state = rng.block();
+        ++m.counts.shadow_rays;
+        send(ray, Rng(std::uint32_t(state.lo), std::uint32_t(state.hi), kToLamp));
+      });
 }
 
 /// Those of a record's flight through the one volume of a scene, which has collided or `left`.

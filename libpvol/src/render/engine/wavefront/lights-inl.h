@@ -231,14 +231,13 @@ HWY_NOINLINE void ask_some_lights(const WavefrontScene& s, WavefrontMemory& m,
       return s.importance()->shadow_importances()[row[k] * (lights + 1) + i];
     };
     std::size_t asked = 0;
-    ask_some(s.setup, place(k), importance_of, m.light_weights, own,
-             [&](std::size_t i, float times) {
-               if (s.volume.asks_lamps)
-                 times *= share_of_collision(*m.colliding[k], s.setup.lamps.all[i]);
-               ask_light(s, i, place(k), times, k, own, to[asked]);
-               light[asked][k] = std::uint32_t(i), importance[asked][k] = importance_of(i);
-               ++asked;
-             });
+    const auto ask = [&](std::size_t i, float times) {
+      if (s.volume.asks_lamps) times *= share_of_collision(*m.colliding[k], s.setup.lamps[i]);
+      ask_light(s, i, place(k), times, k, own, to[asked]);
+      light[asked][k] = std::uint32_t(i), importance[asked][k] = importance_of(i);
+      ++asked;
+    };
+    s.setup.light.many->draw(AtPlace{place(k)}, kAsked, importance_of, m.light_cut, own, ask);
   }
   for (std::size_t k = 0; k < std::size_t(kAsked); ++k) {
     add_shadow_rays(s, m, to[k].in_lanes(), load(light[k]), load(importance[k]), p);
@@ -274,7 +273,7 @@ HWY_INLINE void ask_lights(const WavefrontScene& s, WavefrontMemory& m, std::siz
           gather(s.importance()->shadow_importances() + light, p.row * splat_int(int(lights) + 1));
     }
     Towards to = sample_light(s, m, light, p, p.rng);
-    if (s.volume.asks_lamps && light < lights) leave_to_flights(m, s.setup.lamps.all[light], p, to);
+    if (s.volume.asks_lamps && light < lights) leave_to_flights(m, s.setup.lamps[light], p, to);
     add_shadow_rays(s, m, to, splat_bits(std::uint32_t(light)), importance, p);
   }
 }

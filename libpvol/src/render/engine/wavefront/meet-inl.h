@@ -52,35 +52,65 @@ struct OnSurface {
 }
 
 /// Light of a source, or of the sky after them, that a surface scatters into a path, if nothing is
-/// in the way; `own` is the light's radiance that shadow rays bring, and `weight` theirs.
+/// in the way; `own` is the light's radiance that shadow rays bring, and `weight` theirs. Where
+/// volumes may be in the way it is left to ask_through_volumes.
 template <class ComponentKind>
 void ask_light(const World& w, const OnSurface& v, std::size_t light, const LightSample& towards,
                Rgb weight, Rgb own) {
   const PathSetup& s = w.setup;
-  // Bright pixels do not go without shadow rays (THEORY.md, T5.2).
-  float value = absolute_luminance(weight * own) / s.light.shadow_unit *
-                std::max(w.m.slots.importance_of(v.slot()), 1.0f);
-  if (!(value > 0)) return;
+  if (!(absolute_luminance(weight * own) > 0)) return;
   // Here it is asked once: rays off surfaces do not ask again.
   const Ray way{v.place, Vec3d(towards.direction)};
   if (s.surfaces->hide(way, towards.distance, v.time)) return;
-  if (!meets_volume(w, way, towards.distance, v.time)) {
-    const auto add = [&](PathResult& r) { add_light(s, light, weight * own, r); };
-    return v.catcher ? w.m.slots.add_caught(v.slot(), add)
-                     : w.m.slots.add(v.slot(), v.scatterings(), add);
+  if (meets_volume(w, way, towards.distance, v.time)) {
+    w.m.through_volumes.push_back({light, towards.direction, towards.distance, weight, own});
+    return;
   }
+  const auto add = [&](PathResult& r) { add_light(s, light, weight * own, r); };
+  v.catcher ? w.m.slots.add_caught(v.slot(), add) : w.m.slots.add(v.slot(), v.scatterings(), add);
+}
+
+/// Sends shadow rays to one of those: as many as it is worth.
+template <class ComponentKind>
+void send_to_light(const World& w, const OnSurface& v, const LightThroughVolumes& l, float value) {
   if (v.seen) value = std::max(value, 1.0f);
   if (value < 1 && !(v.rng.uniform() < value)) return;
   const int rays = count_shadow_rays(value);
   w.m.counts.shadow_rays += std::uint64_t(rays);
-  Sent sent = v.ray(RayKind::shadow, towards.direction);
-  sent.id = v.slot() | std::uint32_t(light) << 16;
+  Sent sent = v.ray(RayKind::shadow, l.direction);
+  sent.id = v.slot() | std::uint32_t(l.number) << 16;
   if (w.scenes.front().orders) sent.id |= v.scatterings() << 30;
-  sent.weight = weight * (1 / (value < 1 ? value : float(rays)));
+  sent.weight = l.weight * (1 / (value < 1 ? value : float(rays)));
   sent.pdf = 1;  // what passes, where shadow rays have weights
-  sent.limit = towards.distance;
+  sent.limit = l.distance;
   sent.on_catcher = v.catcher;
   for (int k = 0; k < rays; ++k) send<ComponentKind>(w, sent, v.rng);
+}
+
+/// Of more lights that are behind volumes, perhaps, so many are drawn by what they would bring.
+inline constexpr int kAskedThroughVolumes = 2;
+
+template <class ComponentKind>
+void ask_through_volumes(const World& w, const OnSurface& v) {
+  std::vector<LightThroughVolumes>& lights = w.m.through_volumes;
+  std::vector<float>& values = w.m.light_values;
+  // Bright pixels do not go without shadow rays (THEORY.md, T5.2).
+  const float unit = std::max(w.m.slots.importance_of(v.slot()), 1.0f) / w.setup.light.shadow_unit;
+  values.clear();
+  for (const LightThroughVolumes& l : lights) {
+    values.push_back(absolute_luminance(l.weight * l.own) * unit);
+  }
+  if (lights.size() <= std::size_t(kAskedThroughVolumes)) {
+    for (std::size_t i = 0; i < lights.size(); ++i)
+      send_to_light<ComponentKind>(w, v, lights[i], values[i]);
+  } else {
+    draw_some(values, kAskedThroughVolumes, v.rng, [&](std::size_t i, float times) {
+      LightThroughVolumes l = lights[i];
+      l.weight *= times;
+      send_to_light<ComponentKind>(w, v, l, values[i] * times);
+    });
+  }
+  lights.clear();
 }
 
 /// Light of all lights and the sky that a surface scatters into a path of this throughput.
@@ -91,8 +121,8 @@ void ask_lights(const World& w, const OnSurface& v, Rgb throughput) {
     const float p = pdf_phase(v.lobe, {}, l.direction);
     return l.pdf > 0 ? p / (l.pdf + p) : p;
   };
-  const auto even = [](std::size_t) { return 1.0f; };
-  ask_each(s, v.place, even, w.m.light_weights, v.rng, [&](std::size_t i, float factor) {
+  const OnPlane at{v.place, Vec3d(v.lobe.normal)};
+  ask_each(s.light, at, w.m.light_cut, v.rng, [&](std::size_t i, float factor) {
     const LightSample l = detail::sample_light(s.light.sources[i], v.place, v.rng);
     const Rgb own = w.scenes.front().lights[i].radiance;
     const float most = largest(own);
@@ -100,10 +130,12 @@ void ask_lights(const World& w, const OnSurface& v, Rgb throughput) {
     const float of_own = largest(l.radiance) / most;
     ask_light<ComponentKind>(w, v, i, l, throughput * (share(l) * factor * of_own), own);
   });
-  if (!s.light.sky.sampled()) return;
-  const LightSample l = s.light.sky.sample(v.rng);
-  ask_light<ComponentKind>(w, v, s.light.sources.size(), l, throughput * share(l),
-                           l.radiance - s.constant);
+  if (s.light.sky.sampled()) {
+    const LightSample l = s.light.sky.sample(v.rng);
+    ask_light<ComponentKind>(w, v, s.light.sources.size(), l, throughput * share(l),
+                             l.radiance - s.constant);
+  }
+  ask_through_volumes<ComponentKind>(w, v);
 }
 
 /// A ray towards a fire, as from collisions.

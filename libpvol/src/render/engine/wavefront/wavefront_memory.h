@@ -228,6 +228,14 @@ struct CameraRays {
 /// By channel, of each path of a register.
 using PathColors = std::array<std::array<float, kMostLanes>, 3>;
 
+/// A light that a surface asks, with volumes in the way, perhaps.
+struct LightThroughVolumes {
+  std::size_t number;
+  Vec3f direction;
+  double distance;
+  Rgb weight, own;  ///< of a shadow ray's weight, and the light's radiance
+};
+
 struct WavefrontMemory : FlightMemory {
   CameraRays starting;
   Records camera{kPathFields}, paths{kPathFields}, shadows{kPathFields};  ///< that wait to fly
@@ -238,7 +246,7 @@ struct WavefrontMemory : FlightMemory {
   PixelRows rows;
   ExactSums sums;  // of the pixel that samples are added to
   Counts counts;
-  std::vector<double> light_weights;                      ///< of lights, for drawing some
+  LightCut light_cut;                                     ///< for drawing some of many
   std::vector<std::optional<CollidingFlight>> colliding;  ///< of a register, for lamps
   PathColors colors{};                                    ///< of one, where albedos vary
   PathColors fire{};                                      ///< what one brings at collisions of one
@@ -258,7 +266,9 @@ struct WavefrontMemory : FlightMemory {
     Rng rng;
   };
   std::vector<ToLamp> to_lamps;
-  OpenLight open_light;  ///< on shadow catchers
+  std::vector<LightThroughVolumes> through_volumes;  ///< of a path on a surface
+  std::vector<float> light_values;                   ///< of these
+  OpenLight open_light;                              ///< on shadow catchers
 
   explicit WavefrontMemory(const PathSetup& setup) : FlightMemory(kPathFields), slots(setup) {
     if (!fly_in_the_world(setup)) return;

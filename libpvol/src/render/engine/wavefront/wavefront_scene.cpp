@@ -83,7 +83,7 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
                    s.volumes, [](const VolumeSetup& v) { return has_one_lobe(v.components); }) &&
                !s.albedo_varies && !s.by_channel &&
                (s.surfaces == nullptr || s.surfaces->are_grey())),
-      drawn(s.light.many != nullptr),
+      drawn(s.light.drawn_in_volumes),
       lines((!many || s.free_radii.any()) && (s.flights_bring_light() || volume.asks_lamps)) {
   // What is absorbed is in layers.
   emits = s.options.aovs.has(Aov::lights) && largest(s.constant) > 0;
@@ -123,7 +123,7 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
     if (times) fields |= bit(kTime);
     if (volume.volume.density.motion != nullptr) field.time_field = kTime;
   }
-  along = lines && (s.light.met_on_flights || volume.asks_lamps ||
+  along = lines && (s.light.met.any() || volume.asks_lamps ||
                     (s.emission != nullptr && !s.emission->lines.sources.empty()));
   fire_in_lanes = volume.fire != nullptr && has_values_in_lanes(volume.volume.density) &&
                   has_values_in_lanes(volume.fire->fire());
@@ -131,7 +131,7 @@ WavefrontScene::WavefrontScene(const PathSetup& s, std::size_t number)
     return s.emission &&
            !std::ranges::all_of(s.emission->lines.sources, &EmissionSource::is_medium);
   };
-  const bool camera_meets_lights = s.light.met_on_flights && s.depths == nullptr;
+  const bool camera_meets_lights = s.light.met.any() && s.depths == nullptr;
   camera_lines = lines && (s.emission != nullptr || volume.asks_lamps || camera_meets_lights);
   lines_outside = lines && (camera_meets_lights || emits_outside());
   if (lines) fields |= bit(kFromX) | bit(kFromY) | bit(kFromZ);

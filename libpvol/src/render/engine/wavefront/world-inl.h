@@ -162,7 +162,7 @@ void add_line(const World& w, const WorldRay& r, const Waiting& of) {
       add_along(s, line, pdf_of_fires, weight, along, to);
     });
   }
-  if (!s.light.met_on_flights || (!scattered && s.depths != nullptr)) return;
+  if (!s.light.met.any() || (!scattered && s.depths != nullptr)) return;
   line.length = end_for_lamps(r);
   if (r.on_catcher) {
     w.m.slots.add_caught(slot_of(id), [&](PathResult& to) {
@@ -239,17 +239,17 @@ void add_last_emission(const World& w, const WorldRay& r, const Waiting& of) {
 template <class ComponentKind>
 void add_flight(const World& w, const WorldRay& r, const Waiting& of) {
   if (w.setup.flights_bring_light()) add_line<ComponentKind>(w, r, of);
-  if (r.among.scatters && !w.setup.lamps.all.empty()) ask_lamps<ComponentKind>(w, r, of);
+  if (r.among.scatters && !w.setup.lamps.empty()) ask_lamps<ComponentKind>(w, r, of);
 }
 
 /// What a ray towards a fire brings to the path that has asked.
 template <class ComponentKind>
 void add_fire_ray(const World& w, const WorldRay& r, const Waiting& of) {
   Rng rng = of.stream(kOnTheWay);
-  add_fire(w.setup, w.m, of.q, of.at,
-           emission_of(w.setup, line_of(w, r, of.q, of.at),
-                       Along{w.scenes, rng, kFewerWhereScattered}) *
-               weight_at<ComponentKind>(of.q, of.at));
+  add_fire(
+      w.setup, w.m, of.q, of.at,
+      emission_of(w.setup, line_of(w, r, of.q, of.at), Along{w.scenes, rng, kFewerWhereScattered}) *
+          weight_at<ComponentKind>(of.q, of.at));
 }
 
 /// A ray has met all that lies on its way: its nearest collision, a surface, its light, or nothing.
