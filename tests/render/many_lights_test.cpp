@@ -205,6 +205,65 @@ TEST(ManyLights, AddUpToWhatAllBring) {
   EXPECT_TRUE(family.passes());
 }
 
+/// Lamps in a grid that shine down, nearly.
+std::vector<Light> shining_down(bool spots) {
+  std::vector<Light> lights;
+  for (int k = 0; k < 400; ++k) {
+    const Vec3d place(k % 20 - 9.5, 0, k / 20 - 9.5);
+    const Vec3d down(0.08 * std::sin(k), -1, 0.08 * std::cos(3 * k));
+    if (spots) {
+      lights.push_back(SpotLight{.position = place, .direction = down, .angle = 40});
+    } else {
+      lights.push_back(AreaLight{.position = place, .direction = down, .size = {0.2, 0.1}});
+    }
+  }
+  return lights;
+}
+
+TEST(ManyLights, ThatDoNotShineEvenlyAddUpWithinTheirCones) {
+  proof::Family family;
+  for (const bool spots : {true, false}) {
+    const std::vector<Light> lights = shining_down(spots);
+    for (const Vec3d place : {Vec3d(0.2, -30, 0.1), Vec3d(14, -20, 3), Vec3d(2.2, -3, 1.6)}) {
+      expect_sum(lights, AtPlace{place}, family);
+      expect_sum(lights, OnPlane{place, {0, 1, 0}}, family);
+    }
+    // Beyond all cones none is drawn, from afar or from near.
+    const ManyLights many(lights);
+    LightCut cut;
+    Rng rng(8, 0, 0);
+    for (const Vec3d dark : {Vec3d(0, 40, 0), Vec3d(0.3, 2, 0.2), Vec3d(90, 20, 0)}) {
+      many.draw(
+          AtPlace{dark}, 4, [](std::size_t) { return 1.0f; }, cut, rng,
+          [](std::size_t, float) { ADD_FAILURE(); });
+    }
+  }
+  EXPECT_TRUE(family.passes());
+}
+
+/// Near the middle of a rectangle, which fills half of the view, points are not forgotten.
+TEST(ManyLights, BesideALargeRectangleAreNotForgotten) {
+  Rng rng(9, 0, 0);
+  std::vector<Light> lights = heaps(100, rng);
+  lights.push_back(AreaLight{.position = {0, 0, 0}, .direction = {0, 1, 0}, .size = {2, 2}});
+  const std::vector<LightSource> sources = make_light_sources(lights);
+  const ManyLights many(lights);
+  LightCut cut;
+  const AtPlace at{{0.1, 0.05, 0}};
+  proof::Moments sums;
+  double all = 0;
+  for (const LightSource& light : sources) all += brings(light, at);
+  for (int k = 0; k < 20'000; ++k) {
+    double sum = 0;
+    many.draw(
+        at, 4, [](std::size_t) { return 1.0f; }, cut, rng,
+        [&](std::size_t i, float times) { sum += brings(sources[i], at) * double(times); });
+    sums.add(sum);
+  }
+  EXPECT_NEAR(sums.mean(), all, 0.02 * all);
+  EXPECT_LT(std::sqrt(sums.variance()), 0.3 * all);
+}
+
 /// What the lights bring all together is known from one draw of four where nothing is in the way.
 TEST(ManyLights, BringAboutTheSameWhicheverAreDrawn) {
   Rng rng(4, 0, 0);
@@ -328,6 +387,29 @@ TEST(ManyLights, OnGroundBelowAVolumeBringWhatPasses) {
       family.add(std::to_string(lamps), proof::normal_p_value(off / error));
     }
   }
+  EXPECT_TRUE(family.passes());
+}
+
+/// Spots that shine past a cube but for one of its faces: what falls on it is told as nothing.
+TEST(ManyLights, OfUnknownWorthArriveThroughVolumes) {
+  const test::Body body = test::component(0.1, Rgb(0.0f), 0, Rgb(0.0f), translation({-6, 2, -6}));
+  test::Pixel p(body, {9, 0.4, 0}, {6, 0, 0});
+  p.scene.surfaces = {test::ground(0.6)};
+  double expected = 0;
+  for (const double shift : {0.0, 0.1, -0.1}) {
+    const Vec3d place(6.8, 20, shift), way = place - Vec3d(6, 0, 0);
+    p.scene.lights.push_back(SpotLight{.position = place,
+                                       .direction = {0, -1, 0},
+                                       .intensity = Rgb(100.0f),
+                                       .angle = 10,
+                                       .blend = 0});
+    const double depth = test::optical_depth({&body, 1}, {{6, 0, 0}, normalize(way)}, 1e9);
+    ASSERT_GT(depth, 0.5);
+    expected +=
+        100 * 0.6 / std::numbers::pi * way.y / length(way) * std::exp(-depth) / dot(way, way);
+  }
+  proof::Family family;
+  test::expect_mean(p.sums(), expected, "spots", family);
   EXPECT_TRUE(family.passes());
 }
 

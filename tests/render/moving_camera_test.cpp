@@ -201,6 +201,22 @@ TEST(MovingCamera, DeepPicturesHaveDepthsAtTheSamplesTimes) {
   EXPECT_GT(depths().size(), still.size());
 }
 
+/// Their bins reach no further than a cloud may lie, with little room for times in between.
+TEST(MovingCamera, DeepPicturesReachAsFarAsVolumesMayLie) {
+  CloudScene s = sunny();
+  s.options.deep = true;
+  const Volume v = volume_of(s);
+  const Box box = world_box({&v, 1});
+  s.camera = Camera{.position = {0, 0, 200}, .target = {0, 0, 0}, .shutter = {-0.5, 0.5}};
+  s.camera.to = CameraPlace{{0, 0, 300}, {0, 0, 0}};
+  const DeepFilm deep = render(v, s).film.deep;
+  constexpr double kRoom = 2 * 100 / 16.0;
+  EXPECT_LE(deep.front, 150 - box.hi.z);
+  EXPECT_GE(deep.front, 150 - box.hi.z - kRoom);
+  EXPECT_GE(deep.back, 250 - box.lo.z);
+  EXPECT_LE(deep.back, 250 - box.lo.z + kRoom);
+}
+
 TEST(MovingCamera, RefusesAWayThatIsNotOne) {
   const auto refusal = [](const CameraPlace& to) {
     Camera c{.position = {0, 0, 5}, .target = {0, 0, 0}};

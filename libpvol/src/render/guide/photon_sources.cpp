@@ -205,7 +205,7 @@ Rgb PhotonSources::seen_on(const SurfaceHit& surface, Rng& rng) const {
   const bool open = !s_.surfaces->shadow->block({surface.place, Vec3d(up)}, kEndless, 0);
   Rgb sum = open ? s_.light.sky.radiance(up) : Rgb(0.0f);
   LightCut cut;
-  ask_each(s_.light, {surface.place, surface.normal}, cut, rng, [&](std::size_t i, float factor) {
+  ask_each(s_.light, {surface.place, surface.normal}, false, cut, rng, [&](std::size_t i, float factor) {
     const LightSample l = sample_light(s_.light.sources[i], surface.place, rng);
     const float cosine = std::max(0.0f, dot(lobe.normal, l.direction));
     if (!(cosine > 0)) return;

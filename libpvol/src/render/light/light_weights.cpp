@@ -67,8 +67,7 @@ struct Weighed {
 template <class Weigh>
 HWY_INLINE std::uint32_t weigh_group(const LightGroups& g, std::size_t group, Vec3d from, float* to,
                                      const Weigh& weigh) {
-  constexpr float kNear = 2;        // radii
-  constexpr float kLeast = 1e-36f;  // of lights that are too faint, or too far, for floats
+  constexpr float kNear = 2;  // radii
   const Ways ways(g, group, from);
   const float* const power = &g.power[group * LightGroups::kGroup];
   const float* const radii = &g.radius[group * LightGroups::kGroup];
@@ -77,7 +76,8 @@ HWY_INLINE std::uint32_t weigh_group(const LightGroups& g, std::size_t group, Ve
     const F radius = hn::LoadU(kF, radii + i), p = hn::LoadU(kF, power + i);
     const Weighed w = weigh(ways.from(i));
     const auto shines = hn::Gt(p, splat(0));
-    hn::StoreU(hn::IfThenElseZero(shines, hn::Max(p * w.weight, splat(kLeast))), kF, to + i);
+    hn::StoreU(hn::IfThenElseZero(shines, hn::Max(p * w.weight, splat(LightGroups::kLeast))), kF,
+               to + i);
     const F reach = radius * splat(kNear);
     near |= bits_of(hn::Lt(w.square, reach * reach)) << i;
   }

@@ -10,9 +10,11 @@
 
 namespace pvol::detail {
 
-/// Lights that shine evenly from places, or groups of them as one, in groups of kGroup.
+/// Lights, as if they shone evenly from places, or groups of them as one, in groups of kGroup.
 struct LightGroups {
   static constexpr std::size_t kGroup = 16;  ///< floats in the widest register
+  static constexpr float kLeast = 1e-36f;    ///< of weights that are not 0
+  static constexpr float kMost = 1e30f;
 
   std::array<std::vector<double>, 3> place;  ///< its middle
   std::vector<float> power;                  ///< 0 where a group has no more

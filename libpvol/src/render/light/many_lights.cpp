@@ -112,8 +112,10 @@ template <class Entry>
   const double sum = length(all.axis);
   all.axis = sum > 0 ? all.axis / sum : entries.front().axis;
   for (const Entry& e : entries) {
-    const double apart = std::acos(std::clamp(dot(e.axis, all.axis), -1.0, 1.0));
-    all.half_angle = std::max(all.half_angle, std::min(apart + e.half_angle, std::numbers::pi));
+    constexpr double kWider = 1e-7;  // than what is rounded off
+    const double apart = std::atan2(length(cross(e.axis, all.axis)), dot(e.axis, all.axis));
+    all.half_angle =
+        std::max(all.half_angle, std::min(apart + e.half_angle + kWider, std::numbers::pi));
   }
   return all;
 }
@@ -141,19 +143,26 @@ void ManyLights::fill(std::uint32_t group, std::span<Entry> entries) {
   }
 }
 
+float ManyLights::weight_of_sun(std::size_t at, double cosine) const {
+  const Rgb irradiance = std::get<SunLight>(lights_[light_[at]]).irradiance;
+  const double weight = double(luminance(irradiance)) / unit_ * cosine;
+  if (!(weight > 0)) return 0;
+  return float(std::clamp(weight, double(LightGroups::kLeast), double(LightGroups::kMost)));
+}
+
 void ManyLights::weigh_suns(std::size_t group, const AtPlace&, float* to) const {
   for (std::size_t i = kGroup * group; i < std::min(suns_, kGroup * (group + 1)); ++i) {
-    const auto& sun = std::get<SunLight>(lights_[light_[i]]);
-    to[i % kGroup] = float(double(luminance(sun.irradiance)) / unit_);
+    to[i % kGroup] = weight_of_sun(i, 1);
   }
 }
 
 void ManyLights::weigh_suns(std::size_t group, const OnPlane& at, float* to) const {
+  constexpr double kLeastCosine = 0.02;  // of a disc that the plane may cut
   for (std::size_t i = kGroup * group; i < std::min(suns_, kGroup * (group + 1)); ++i) {
     const auto& sun = std::get<SunLight>(lights_[light_[i]]);
-    // Never 0 where a rim of it is above the plane.
-    const Rgb light = sun.on_plane(at.place, at.normal) + sun.irradiance * 1e-3f;
-    to[i % kGroup] = float(double(luminance(light)) / unit_);
+    const double cosine = dot(Vec3d(sun.direction), at.normal);
+    const double rim = std::sqrt(2 * double(sun.one_minus_cos_radius)) + 1e-6;
+    to[i % kGroup] = cosine < -rim ? 0 : weight_of_sun(i, std::max(cosine, kLeastCosine));
   }
 }
 
@@ -167,8 +176,12 @@ float ManyLights::towards(std::size_t at, Vec3d place) const {
   if (group_[at] == 0) {
     const auto* const spot = std::get_if<SpotSource>(&lights_[light_[at]]);
     if (spot != nullptr) return float(spot->share(way / distance));
-    // Near its plane a rectangle is not as faint as its middle's cosine says.
-    return cosine > 0 ? float(std::max(cosine, 0.5 * std::min(1.0, cone.size / distance))) : 0;
+    if (!(cosine > 0)) return 0;
+    // Near its plane a rectangle is not as faint as its middle's cosine says, and near its middle
+    // not as bright as a point.
+    const double seen = cone.size / distance;
+    return float(std::max(cosine, 0.5 * std::min(1.0, seen)) *
+                 std::min(1.0, std::numbers::pi / (seen * seen)));
   }
   // The cone of the group is wider by the angle that the group fills as seen from there.
   const double sine_of_group = std::min(1.0, double(groups_.radius[at]) / distance);

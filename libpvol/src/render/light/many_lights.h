@@ -31,8 +31,8 @@ class ManyLights {
 
   /// Calls ask(number of a light, 1 / expected number of times that it is asked), at most so many
   /// `times`, for lights drawn by what they bring to where they are weighed, times the
-  /// importance(number) of that (THEORY.md, T5.19). Suns bring nothing along flights. `cut` is for
-  /// its own use.
+  /// importance(number) of that, for a group the one of one of its lights (THEORY.md, T5.19). Suns
+  /// bring nothing along flights. `cut` is for its own use.
   template <class Where, class Importance, class Ask>
   void draw(const Where& at, int times, const Importance& importance, LightCut& cut, Rng& rng,
             const Ask& ask) const;
@@ -66,6 +66,7 @@ class ManyLights {
   /// What the lights of a group bring. Returns which are groups that are to be looked into.
   template <class Where>
   [[nodiscard]] std::uint32_t weigh(std::size_t group, const Where& at, float* to) const;
+  [[nodiscard]] float weight_of_sun(std::size_t at, double cosine) const;
   void weigh_suns(std::size_t group, const AtPlace& at, float* to) const;
   void weigh_suns(std::size_t group, const OnPlane& at, float* to) const;
   void weigh_suns(std::size_t, const AlongFlight&, float*) const {}
@@ -121,7 +122,9 @@ std::uint32_t ManyLights::weigh(std::size_t group, const Where& at, float* to) c
   if (group * kGroup < suns_) weigh_suns(group, at, to);
   if constexpr (!std::is_same_v<Where, AlongFlight>) {
     for (std::size_t k = 0; group >= first_directed_ && k < kGroup; ++k) {
-      if (to[k] > 0) to[k] *= towards(kGroup * group + k, at.place);
+      if (!(to[k] > 0)) continue;
+      const float share = towards(kGroup * group + k, at.place);
+      to[k] = share > 0 ? std::max(to[k] * share, LightGroups::kLeast) : 0;
     }
   }
   return near;

@@ -3,11 +3,8 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
-#include <span>
-#include <vector>
 
 #include "render/path/path_result.h"
 #include "render/path/roulette.h"
@@ -176,12 +173,14 @@ inline void add_scattered(const PathSetup& s, const Pdf& pdf, Vec3f direction, R
 inline constexpr int kAsked = 4;
 
 /// ask(i, 1 / expected number of times that it is asked) on a surface for all lights, or for some
-/// of many. `cut` is for its own use.
+/// of many; on shadow catchers, which shall be clean in the open, of more than elsewhere. `cut` is
+/// for its own use.
 template <class Ask>
-inline void ask_each(const LightSetup& lights, const OnPlane& at, LightCut& cut, Rng& rng,
-                     const Ask& ask) {
+inline void ask_each(const LightSetup& lights, const OnPlane& at, bool catcher, LightCut& cut,
+                     Rng& rng, const Ask& ask) {
   const auto even = [](std::size_t) { return 1.0f; };
-  if (lights.drawn_on_surfaces) return lights.many->draw(at, kAsked, even, cut, rng, ask);
+  if (catcher ? lights.drawn_in_volumes : lights.drawn_on_surfaces)
+    return lights.many->draw(at, kAsked, even, cut, rng, ask);
   for (std::size_t i = 0; i < lights.sources.size(); ++i) ask(i, 1.0f);
 }
 

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "render/scene/boxes.h"
+
 namespace pvol::detail {
 namespace {
 
@@ -39,8 +41,7 @@ struct BoxTree::Builder {
   void sort(Item begin, Item end) const {
     Box middles;
     for (Item i = begin; i != end; ++i) middles = extend(middles, boxes[*i].centre());
-    const Vec3d e = middles.extent();
-    const int axis = e.x >= e.y && e.x >= e.z ? 0 : e.y >= e.z ? 1 : 2;
+    const int axis = longest_axis(middles);
     std::stable_sort(begin, end, [&](std::uint32_t a, std::uint32_t b) {
       return boxes[a].lo[axis] + boxes[a].hi[axis] < boxes[b].lo[axis] + boxes[b].hi[axis];
     });

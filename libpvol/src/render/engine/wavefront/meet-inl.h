@@ -93,22 +93,23 @@ inline constexpr int kAskedThroughVolumes = 2;
 template <class ComponentKind>
 void ask_through_volumes(const World& w, const OnSurface& v) {
   std::vector<LightThroughVolumes>& lights = w.m.through_volumes;
-  std::vector<float>& values = w.m.light_values;
-  // Bright pixels do not go without shadow rays (THEORY.md, T5.2).
-  const float unit = std::max(w.m.slots.importance_of(v.slot()), 1.0f) / w.setup.light.shadow_unit;
-  values.clear();
+  std::vector<float>& brought = w.m.brought;
+  brought.clear();
   for (const LightThroughVolumes& l : lights) {
-    values.push_back(absolute_luminance(l.weight * l.own) * unit);
+    brought.push_back(absolute_luminance(l.weight * l.own));
   }
+  const auto send = [&](std::size_t i, float times) {
+    LightThroughVolumes l = lights[i];
+    l.weight *= times;
+    // Bright pixels do not go without shadow rays (THEORY.md, T5.2).
+    const float value = brought[i] * times / w.setup.light.shadow_unit *
+                        std::max(w.m.slots.importance_of(v.slot()), 1.0f);
+    send_to_light<ComponentKind>(w, v, l, value);
+  };
   if (lights.size() <= std::size_t(kAskedThroughVolumes)) {
-    for (std::size_t i = 0; i < lights.size(); ++i)
-      send_to_light<ComponentKind>(w, v, lights[i], values[i]);
+    for (std::size_t i = 0; i < lights.size(); ++i) send(i, 1);
   } else {
-    draw_some(values, kAskedThroughVolumes, v.rng, [&](std::size_t i, float times) {
-      LightThroughVolumes l = lights[i];
-      l.weight *= times;
-      send_to_light<ComponentKind>(w, v, l, values[i] * times);
-    });
+    draw_some(brought, kAskedThroughVolumes, v.rng, send);
   }
   lights.clear();
 }
@@ -122,7 +123,7 @@ void ask_lights(const World& w, const OnSurface& v, Rgb throughput) {
     return l.pdf > 0 ? p / (l.pdf + p) : p;
   };
   const OnPlane at{v.place, Vec3d(v.lobe.normal)};
-  ask_each(s.light, at, w.m.light_cut, v.rng, [&](std::size_t i, float factor) {
+  ask_each(s.light, at, v.catcher, w.m.light_cut, v.rng, [&](std::size_t i, float factor) {
     const LightSample l = detail::sample_light(s.light.sources[i], v.place, v.rng);
     const Rgb own = w.scenes.front().lights[i].radiance;
     const float most = largest(own);

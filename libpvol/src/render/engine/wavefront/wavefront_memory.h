@@ -267,7 +267,7 @@ struct WavefrontMemory : FlightMemory {
   };
   std::vector<ToLamp> to_lamps;
   std::vector<LightThroughVolumes> through_volumes;  ///< of a path on a surface
-  std::vector<float> light_values;                   ///< of these
+  std::vector<float> brought;                        ///< by these
   OpenLight open_light;                              ///< on shadow catchers
 
   explicit WavefrontMemory(const PathSetup& setup) : FlightMemory(kPathFields), slots(setup) {

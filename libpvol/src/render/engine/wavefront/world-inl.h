@@ -246,10 +246,10 @@ void add_flight(const World& w, const WorldRay& r, const Waiting& of) {
 template <class ComponentKind>
 void add_fire_ray(const World& w, const WorldRay& r, const Waiting& of) {
   Rng rng = of.stream(kOnTheWay);
-  add_fire(
-      w.setup, w.m, of.q, of.at,
-      emission_of(w.setup, line_of(w, r, of.q, of.at), Along{w.scenes, rng, kFewerWhereScattered}) *
-          weight_at<ComponentKind>(of.q, of.at));
+  add_fire(w.setup, w.m, of.q, of.at,
+           emission_of(w.setup, line_of(w, r, of.q, of.at),
+                       Along{w.scenes, rng, kFewerWhereScattered}) *
+               weight_at<ComponentKind>(of.q, of.at));
 }
 
 /// A ray has met all that lies on its way: its nearest collision, a surface, its light, or nothing.
