@@ -70,7 +70,7 @@ void ask_light(const World& w, const OnSurface& v, std::size_t light, const Ligh
   v.catcher ? w.m.slots.add_caught(v.slot(), add) : w.m.slots.add(v.slot(), v.scatterings(), add);
 }
 
-/// Sends shadow rays to one of those: as many as it is worth.
+/// Sends shadow rays to a light through volumes: as many as it is worth.
 template <class ComponentKind>
 void send_to_light(const World& w, const OnSurface& v, const LightThroughVolumes& l, float value) {
   if (v.seen) value = std::max(value, 1.0f);
@@ -87,9 +87,10 @@ void send_to_light(const World& w, const OnSurface& v, const LightThroughVolumes
   for (int k = 0; k < rays; ++k) send<ComponentKind>(w, sent, v.rng);
 }
 
-/// Of more lights that are behind volumes, perhaps, so many are drawn by what they would bring.
+/// Of more lights that are behind volumes, perhaps, so many are drawn.
 inline constexpr int kAskedThroughVolumes = 2;
 
+/// Asks the lights that ask_light has left, or some of them, drawn by what they would bring.
 template <class ComponentKind>
 void ask_through_volumes(const World& w, const OnSurface& v) {
   std::vector<LightThroughVolumes>& lights = w.m.through_volumes;
