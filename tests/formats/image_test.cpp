@@ -16,42 +16,26 @@
 
 #include <fstream>
 #include <functional>
-#include <iterator>
 #include <limits>
 #include <random>
 
 #include "pvol/error.h"
 #include "support/effort.h"
 #include "support/messages.h"
+#include "support/temporary_folder.h"
 
 namespace pvol::formats {
 namespace image_test {
 
 namespace fs = std::filesystem;
 
-/// A folder of its own, removed with what is in it.
 class Image : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(testing::TempDir()) / (std::string("pvol_image_") + info->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
   [[nodiscard]] fs::path file(const std::string& name) const { return folder_ / name; }
 
-  fs::path folder_;
+  const TemporaryFolder own_;
+  const fs::path folder_ = own_.path();
 };
-
-std::string bytes_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-void write_bytes(const fs::path& file, const std::string& bytes) {
-  std::ofstream(file, std::ios::binary) << bytes;
-}
 
 std::string error_of(const std::function<void()>& call) {
   try {
@@ -201,7 +185,7 @@ TEST_F(Image, ExrBytesDependOnTheFilmAlone) {
   const Film film = random_film(40, 30, 0, 0, 40, 30);
   write_exr(file("a.exr"), film, {{"seed", "1"}});
   write_exr(file("b.exr"), film, {{"seed", "1"}});
-  EXPECT_EQ(bytes_of(file("a.exr")), bytes_of(file("b.exr")));
+  EXPECT_EQ(read_bytes(file("a.exr")), read_bytes(file("b.exr")));
 }
 
 void expect_near(Vec3d found, Vec3d expected) {
@@ -237,7 +221,7 @@ TEST_F(Image, FailedWriteKeepsTheOldFileAndLeavesNothingBeside) {
                      write_exr(file("a.exr"), film, {{"channels", "x"}});
                    }),
                    "deep.attribute_channels_reserved"));
-  EXPECT_EQ(bytes_of(file("a.exr")), "old");
+  EXPECT_EQ(read_bytes(file("a.exr")), "old");
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator{}), 1);
   EXPECT_THROW(write_exr(file("none/a.exr"), film, {}), Error);
   EXPECT_THROW(write_png(file("none/a.png"), film), Error);
@@ -341,7 +325,7 @@ TEST_F(Image, PngKeepsRowsInOrderAndSaysItIsSrgb) {
   write_png(file("a.png"), film);
   EXPECT_EQ(read_png(file("a.png"), PNG_FORMAT_RGB, 2, 3),
             (std::vector<int>{0, 0, 0, 255, 0, 0, 0, 0, 0, 0, 0, 0, 0, 255, 0, 0, 0, 0}));
-  EXPECT_NE(bytes_of(file("a.png")).find("sRGB"), std::string::npos);
+  EXPECT_NE(read_bytes(file("a.png")).find("sRGB"), std::string::npos);
 }
 
 TEST_F(Image, PngRefusesAndNamesAPixelThatIsNotFinite) {
@@ -470,7 +454,7 @@ bool is_cut(std::size_t at, std::size_t size) {
 
 TEST_F(Image, EveryTruncationOfASkyIsRefused) {
   write_sky(file("a.exr"), Imf::FLOAT, 5, 18, false, ramp(5 * 18));
-  const std::string whole = bytes_of(file("a.exr"));
+  const std::string whole = read_bytes(file("a.exr"));
   for (std::size_t size = 0; size < whole.size(); ++size) {
     if (!is_cut(size, whole.size())) continue;
     write_bytes(file("cut.exr"), whole.substr(0, size));
@@ -480,7 +464,7 @@ TEST_F(Image, EveryTruncationOfASkyIsRefused) {
 
 TEST_F(Image, TruncatedTilesAreRefusedUnlessOnlyCoarseLevelsAreCut) {
   write_sky(file("a.exr"), Imf::FLOAT, 9, 10, true, ramp(9 * 10));
-  const std::string whole = bytes_of(file("a.exr"));
+  const std::string whole = read_bytes(file("a.exr"));
   std::size_t refused = 0, cuts = 0;
   for (std::size_t size = 0; size < whole.size(); ++size) {
     if (!is_cut(size, whole.size())) continue;
@@ -497,7 +481,7 @@ TEST_F(Image, TruncatedTilesAreRefusedUnlessOnlyCoarseLevelsAreCut) {
 
 TEST_F(Image, FlippedBytesOfASkyAreReadOrRefused) {
   write_sky(file("a.exr"), Imf::FLOAT, 5, 18, false, ramp(5 * 18));
-  const std::string whole = bytes_of(file("a.exr"));
+  const std::string whole = read_bytes(file("a.exr"));
   for (std::size_t at = 0; at < whole.size(); ++at) {
     if (!is_cut(at, whole.size())) continue;
     std::string flipped = whole;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -16,6 +15,7 @@
 #include "pvol/error.h"
 #include "pvol/formats/pvol_file.h"
 #include "support/pvol_bytes.h"
+#include "support/temporary_folder.h"
 
 namespace pvol::test {
 
@@ -24,17 +24,9 @@ using formats::Compression;
 using formats::Metadata;
 using formats::PvolFile;
 
-/// A folder of its own for each test, removed at its end.
+/// A folder of its own for each test.
 class PvolFileTest : public testing::Test {
  protected:
-  PvolFileTest() {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() /
-              ("pvol-" + std::string(info->name()) + "-" + std::to_string(::getpid()));
-    fs::create_directories(folder_);
-  }
-  ~PvolFileTest() override { fs::remove_all(folder_); }
-
   [[nodiscard]] fs::path path(const std::string& name) const { return folder_ / name; }
 
   /// Names in the folder.
@@ -52,7 +44,8 @@ class PvolFileTest : public testing::Test {
     return load(path("bytes.pvol"));
   }
 
-  fs::path folder_;
+  const TemporaryFolder own_;
+  const fs::path folder_ = own_.path();
 };
 
 inline Metadata some_metadata() {

@@ -10,6 +10,7 @@
 
 #include "pvol/error.h"
 #include "pvol/formats/scene_file.h"
+#include "support/temporary_folder.h"
 
 namespace pvol::formats {
 
@@ -19,14 +20,6 @@ using Sets = std::vector<std::string>;
 /// Writes text to a scene file in a folder of its own.
 class SceneText : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(testing::TempDir()) / (std::string("pvol_scene_") + info->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   [[nodiscard]] fs::path write(const std::string& text) const {
     std::ofstream(folder_ / "s.toml", std::ios::binary) << text;
     return folder_ / "s.toml";
@@ -49,7 +42,8 @@ class SceneText : public testing::Test {
     return "no error";
   }
 
-  fs::path folder_;
+  const TemporaryFolder own_;
+  const fs::path folder_ = own_.path();
 };
 
 inline const std::string kCloud =
