@@ -74,7 +74,7 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   app.add_option_function(
          "--frames", [&o](const std::string& text) { o.frames = cli::parse_frames(text); },
          "Frames of a sequence: 1-240, every tenth 1-240x10, or a list with commas. File names "
-         "contain #### or %04d in place of the number")
+         "contain ####, %04d or $F4 in place of the number")
       .type_name("A-B[xN]")
       .check(cli::parses(cli::parse_frames));
   app.add_option("--grid", o.grid, "Grid of a .vdb or .nvdb file [density, else the only one]")
@@ -118,7 +118,7 @@ void check_patterns(const Options& o, const viewer::EditedScene& scene) {
         "--frames A-B");
   }
   if (!o.frames.empty() && !any) {
-    throw cli::UsageError("--frames needs a file whose name contains #### or %04d");
+    throw cli::UsageError("--frames needs a file whose name contains ####, %04d or $F4");
   }
 }
 

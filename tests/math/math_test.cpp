@@ -9,6 +9,7 @@
 #include "pvol/math/affine.h"
 #include "pvol/math/box.h"
 #include "pvol/math/circles.h"
+#include "pvol/math/nearest_word.h"
 #include "pvol/math/vec.h"
 
 namespace pvol {
@@ -400,6 +401,20 @@ TEST(Circle, FourPointsAreThoseOfOneEach) {
       EXPECT_EQ(four[k].sine, one.sine);
     }
   }
+}
+
+TEST(NearestWord, TakesFewEdits) {
+  const std::string_view words[] = {"fov", "frames", "frame", "exposure"};
+  const auto nearest = [&](std::string_view found) { return nearest_word(found, words); };
+  EXPECT_EQ(nearest("exposur"), "exposure");
+  EXPECT_EQ(nearest("xposuer"), std::nullopt);  // three
+  EXPECT_EQ(nearest("expsoure"), "exposure");   // a pair in the wrong order counts twice
+  EXPECT_EQ(nearest("frams"), "frames");        // the first of two as near
+  EXPECT_EQ(nearest("fo"), "fov");
+  EXPECT_EQ(nearest("fx"), std::nullopt);  // more than half of it
+  EXPECT_EQ(nearest("frame"), "frame");
+  EXPECT_EQ(nearest(""), std::nullopt);
+  EXPECT_EQ(nearest_word("fov", {}), std::nullopt);
 }
 
 }  // namespace math_test

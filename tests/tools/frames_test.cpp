@@ -63,11 +63,13 @@ TEST(Frames, AreOfALimitedNumber) {
 }
 
 TEST(Patterns, AreFoundInNamesAndNotInFolders) {
-  for (const char* file : {"a.####.vdb", "#", "a/b#.vdb", "%04d.exr", "a.%d", "c#/a.%012d.vdb"}) {
+  for (const char* file :
+       {"a.####.vdb", "#", "a/b#.vdb", "%04d.exr", "a.%d", "c#/a.%012d.vdb", "a.$F4.vdb", "$F"}) {
     EXPECT_TRUE(has_pattern(file)) << file;
   }
-  for (const char* file : {"a.vdb", "", "c#/a.vdb", "%d/a", "a.%4d.vdb", "%0d", "%00d", "a.%s",
-                           "100%.vdb", "a.%0123d.vdb"}) {
+  for (const char* file :
+       {"a.vdb", "", "c#/a.vdb", "%d/a", "a.%4d.vdb", "%0d", "%00d", "a.%s", "100%.vdb",
+        "a.%0123d.vdb", "a.$FF.vdb", "a.$F12.vdb", "$F0", "$Foam", "F4.vdb"}) {
     EXPECT_FALSE(has_pattern(file)) << file;
     EXPECT_EQ(file_of_frame(file, 7), file);
   }
@@ -83,6 +85,8 @@ TEST(Patterns, TakeTheNumberWithItsZeros) {
   for (const int frame : {17, 0, 12345, -5, -12345}) {
     EXPECT_EQ(file_of_frame("a.%04d.vdb", frame), file_of_frame("a.####.vdb", frame));
     EXPECT_EQ(file_of_frame("a.%d.vdb", frame), file_of_frame("a.#.vdb", frame));
+    EXPECT_EQ(file_of_frame("a.$F4.vdb", frame), file_of_frame("a.####.vdb", frame));
+    EXPECT_EQ(file_of_frame("a.$F.vdb", frame), file_of_frame("a.#.vdb", frame));
   }
   EXPECT_EQ(file_of_frame("%010d", 3), "0000000003");
   const std::string many(100'000, '#');
@@ -105,6 +109,7 @@ TEST(Patterns, OfSeveralTheLastCounts) {
 TEST(Patterns, ArePutBeforeTheEnding) {
   EXPECT_EQ(with_pattern("cloud.exr"), "cloud.####.exr");
   EXPECT_EQ(with_pattern("a/b.c/cloud.deep.exr"), "a/b.c/cloud.deep.####.exr");
+  EXPECT_EQ(with_pattern("a.%4d.exr"), "a.%04d.exr");
 }
 
 }  // namespace frames_test

@@ -11,6 +11,7 @@
 #include "cli/build_facts.h"
 #include "cli/json.h"
 #include "cli/root_folder.h"
+#include "pvol/math/nearest_word.h"
 
 namespace pvol::cli {
 namespace {
@@ -45,6 +46,33 @@ void add_root(CLI::App& app) {
       ->type_name("DIR");
 }
 
+/// The options of a tool or of one of its verbs, as users write them.
+std::vector<std::string> flags_of(const CLI::App& app) {
+  std::vector<std::string> flags;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) flags.push_back("--" + name);
+  }
+  return flags;
+}
+
+/// 'unexpected argument --exposur; did you mean --exposure?'
+std::string message_of_extras(const CLI::App& app) {
+  const std::vector<std::string> extras = app.remaining(true);
+  std::string message = extras.size() == 1 ? "unexpected argument" : "unexpected arguments";
+  for (const std::string& extra : extras) message += ' ' + extra;
+  const CLI::App* verb = &app;
+  if (const auto verbs = app.get_subcommands(); !verbs.empty()) verb = verbs.front();
+  const std::vector<std::string> flags = flags_of(*verb);
+  const std::vector<std::string_view> words(flags.begin(), flags.end());
+  for (const std::string& extra : extras) {
+    if (!extra.starts_with("--")) continue;
+    if (const auto nearest = nearest_word(extra.substr(0, extra.find('=')), words)) {
+      return message + "; did you mean " + std::string(*nearest) + '?';
+    }
+  }
+  return message;
+}
+
 /// Version, help and messages as all tools have them.
 void add_common(CLI::App& app, const std::string& examples) {
   // So that scripts around a tool can be called with options that they set themselves.
@@ -58,7 +86,9 @@ void add_common(CLI::App& app, const std::string& examples) {
   app.footer(examples);
   app.failure_message([](const CLI::App* a, const CLI::Error& e) {
     while (a->get_parent() != nullptr) a = a->get_parent();
-    return a->get_name() + ": error: " + e.what() + "\nRun with --help for the options.\n";
+    const bool extras = dynamic_cast<const CLI::ExtrasError*>(&e) != nullptr;
+    return a->get_name() + ": error: " + (extras ? message_of_extras(*a) : e.what()) +
+           "\nRun with --help for the options.\n";
   });
 }
 

@@ -53,11 +53,12 @@ std::optional<Pattern> find_pattern(const std::string& name) {
     const std::size_t begin = name.find_last_not_of('#', end) + 1;  // npos + 1 is 0
     last = Pattern{begin, end + 1 - begin, int(end + 1 - begin)};
   }
-  static const std::regex form("%(?:0([1-9][0-9]?))?d");
+  static const std::regex form("%(?:0([1-9][0-9]?))?d|\\$F([1-9])?(?![A-Za-z0-9])");
   for (std::sregex_iterator m(name.begin(), name.end(), form), end; m != end; ++m) {
     const std::size_t begin = std::size_t(m->position());
     if (last && begin < last->begin) continue;
-    last = Pattern{begin, std::size_t(m->length()), (*m)[1].matched ? std::stoi((*m)[1]) : 1};
+    const auto& digits = (*m)[1].matched ? (*m)[1] : (*m)[2];
+    last = Pattern{begin, std::size_t(m->length()), digits.matched ? std::stoi(digits) : 1};
   }
   return last;
 }
@@ -97,6 +98,11 @@ std::filesystem::path file_of_frame(const std::filesystem::path& file, int frame
 std::filesystem::path with_pattern(const std::filesystem::path& file) {
   constexpr std::size_t kFewestDigits = 3;
   std::string name = file.stem().string();
+  static const std::regex padded_with_blanks("%([1-9][0-9]?d)");
+  if (std::regex_search(name, padded_with_blanks)) {
+    name = std::regex_replace(name, padded_with_blanks, "%0$1");
+    return std::filesystem::path(file).replace_filename(name + file.extension().string());
+  }
   const std::size_t begin = name.find_last_not_of("0123456789") + 1, digits = name.size() - begin;
   if (begin > 0 && digits >= kFewestDigits &&
       std::string_view("._-").find(name[begin - 1]) != std::string_view::npos) {

@@ -15,8 +15,8 @@ inline constexpr std::size_t kMostFrames = 100'000;
 /// begins with every tenth. Throws UsageError, "found ..., expected ...".
 [[nodiscard]] std::vector<int> parse_frames(const std::string& text);
 
-/// Whether a file's name has a place for the number of a frame: the last run of '#', or "%04d" or
-/// "%d" where one of those comes later. Names of folders have none.
+/// Whether a file's name has a place for the number of a frame: the last run of '#', or "%04d",
+/// "%d", or Houdini's "$F4" or "$F", where one of those comes later. Names of folders have none.
 [[nodiscard]] bool has_pattern(const std::filesystem::path& file);
 
 /// The name with the number in that place, which has as many characters as there are '#', or more
@@ -24,8 +24,9 @@ inline constexpr std::size_t kMostFrames = 100'000;
 /// a pattern stays as it is.
 [[nodiscard]] std::filesystem::path file_of_frame(const std::filesystem::path& file, int frame);
 
-/// The same name with a pattern in place of a number of three digits or more at its end, else before
-/// its ending: "a.0017.exr" -> "a.####.exr", "cloud.exr" -> "cloud.####.exr".
+/// The same name with a pattern in place of a number of three digits or more at its end, or of one
+/// that pads with blanks, else before its ending: "a.0017.exr" -> "a.####.exr", "a.%4d.exr" ->
+/// "a.%04d.exr", "cloud.exr" -> "cloud.####.exr".
 [[nodiscard]] std::filesystem::path with_pattern(const std::filesystem::path& file);
 
 }  // namespace pvol::cli

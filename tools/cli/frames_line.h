@@ -34,7 +34,8 @@ inline void add_frames(const CommandLine& app, FramesGiven& given) {
   app.add_option_function(
          "--frames", [&given](const std::string& text) { given.frames = parse_frames(text); },
          "Process a sequence, one frame after another: 1-240, every tenth 1-240x10, or a list with "
-         "commas. File names contain #### or %04d in place of the number, which is padded with "
+         "commas. File names contain ####, %04d or $F4 in place of the number, which is padded "
+         "with "
          "zeros to that width")
       .type_name("A-B[xN]")
       .check(parses(parse_frames));

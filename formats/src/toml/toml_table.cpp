@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <numeric>
 #include <string_view>
 
 #include "pvol/error.h"
+#include "pvol/math/nearest_word.h"
 
 namespace pvol::formats {
 namespace {
@@ -20,22 +20,6 @@ constexpr std::size_t kShownItems = 4;  // of a found array
 [[noreturn]] void fail_at(const TomlValue& value, const std::string& expected) {
   throw Error(
       fmt::format("{}: {} is {}; expected {}", value.where, value.name, value.text(), expected));
-}
-
-/// Levenshtein's distance, row by row.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replace = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replace, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row.back();
 }
 
 /// What other programs call some of our keys; the first of ours that is expected counts.
@@ -53,17 +37,9 @@ constexpr OtherName kOtherNames[] = {
     {"radiance", "irradiance"}, {"look_at", "target"},        {"aperture", "f_stop"},
 };
 
-/// '; did you mean "fov"?', by spelling or by kOtherNames, or nothing where every word needs more
-/// than two edits of the key, or edits of more than half of it.
-template <class Words>
-std::string suggestion(std::string_view key, const Words& words) {
-  constexpr std::size_t kClose = 2;
-  const auto nearest = std::min_element(words.begin(), words.end(), [&](auto a, auto b) {
-    return edit_distance(key, a) < edit_distance(key, b);
-  });
-  if (nearest == words.end()) return "";
-  const std::size_t edits = edit_distance(key, *nearest);
-  if (edits <= kClose && edits * 2 <= key.size()) {
+/// '; did you mean "fov"?', by spelling or by kOtherNames; or nothing.
+std::string suggestion(std::string_view key, const std::vector<std::string_view>& words) {
+  if (const auto nearest = nearest_word(key, words)) {
     return "; did you mean " + toml_string(*nearest) + "?";
   }
   for (const OtherName& name : kOtherNames) {

@@ -4,13 +4,9 @@
 #include "pvol/math/parallel.h"
 
 namespace pvol {
-namespace {
-
-constexpr std::size_t kGrain = 64;  // bricks of a task
-
-}  // namespace
 
 SampleCodes build_sample_codes(const BrickField& field) {
+  constexpr std::size_t kGrain = 64;  // bricks of a task
   SampleCodes codes;
   codes.resize(field.bricks());
   parallel_parts(0, field.bricks(), kGrain, [&](std::size_t begin, std::size_t end) {
