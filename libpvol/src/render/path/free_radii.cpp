@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numeric>
-#include <utility>
 
 #include "pvol/volume/facts.h"
+#include "render/scene/box_neighbours.h"
 #include "render/scene/boxes.h"
 #include "volume/dense_bounds.h"
 
@@ -23,66 +21,6 @@ Box world_box_of(const Volume& v, std::size_t place) {
   const Vec3d rim = box.extent() * kRim;
   return {box.lo - rim, box.hi + rim};
 }
-
-/// The box around the middles of boxes.
-Box around_middles(std::span<const Box> boxes) {
-  Box middles;
-  for (const Box& b : boxes) {
-    if (!b.empty()) middles = extend(middles, b.centre());
-  }
-  return middles;
-}
-
-/// Of each of some boxes, which others it meets.
-class Neighbours {
- public:
-  explicit Neighbours(std::span<const Box> boxes) : of_(boxes.size()), crowded_(boxes.size()) {
-    const int axis = longest_axis(around_middles(boxes));
-    std::vector<std::uint32_t> order(boxes.size());
-    std::iota(order.begin(), order.end(), 0u);
-    std::ranges::sort(order, {}, [&](std::uint32_t i) { return boxes[i].lo[axis]; });
-    const auto tested_each = std::max<std::size_t>(1000, kMostTests / (boxes.size() + 1));
-    // Boxes that were compared with too many, and the first of the order that they were not.
-    std::vector<std::pair<std::uint32_t, std::size_t>> wide;
-    double crowded_to = -std::numeric_limits<double>::infinity();  // once these are too many
-    for (std::size_t a = 0; a < order.size(); ++a) {
-      const std::uint32_t i = order[a];
-      if (boxes[i].lo[axis] <= crowded_to) crowded_[i] = 1;
-      for (const auto& [other, rest] : wide) {
-        if (a >= rest && meet(boxes[i], boxes[other])) add(i, other);
-      }
-      const auto reaches = [&](std::size_t b) {
-        return b < order.size() && boxes[order[b]].lo[axis] <= boxes[i].hi[axis];
-      };
-      std::size_t b = a + 1;
-      for (; reaches(b) && b - a <= tested_each && of_[i].size() <= kMost; ++b) {
-        if (meet(boxes[i], boxes[order[b]])) add(i, order[b]), add(order[b], i);
-      }
-      if (!reaches(b)) continue;
-      crowded_[i] = 1;
-      if (wide.size() < kMost) {
-        wide.emplace_back(i, b);
-      } else {
-        crowded_to = std::max(crowded_to, boxes[i].hi[axis]);
-      }
-    }
-    for (std::size_t i = 0; i < boxes.size(); ++i) crowded_[i] |= of_[i].size() > kMost;
-  }
-
-  [[nodiscard]] std::span<const std::uint32_t> of(std::size_t box) const { return of_[box]; }
-  /// Whether a box has too many to go through, or not all of them are known.
-  [[nodiscard]] bool crowded(std::size_t box) const { return crowded_[box] != 0; }
-
- private:
-  static constexpr std::size_t kMostTests = 400'000'000, kMost = 64;
-
-  void add(std::uint32_t i, std::uint32_t other) {
-    if (of_[i].size() <= kMost) of_[i].push_back(other);
-  }
-
-  std::vector<std::vector<std::uint32_t>> of_;
-  std::vector<std::uint8_t> crowded_;
-};
 
 /// How many cells along its longest axis each of so many grids has; 0: they are too many.
 int cells_along(std::size_t grids) {
@@ -125,6 +63,14 @@ float largest_extinction(const Volume& v) {
   float largest = 0;
   for (const Octree::Entry& e : v.density.octree.entries) largest = std::max(largest, e.hi);
   return largest;
+}
+
+std::vector<Box> boxes_of(std::span<const VolumeSetup> volumes, const Instances& instances) {
+  std::vector<Box> boxes;
+  for (const Instance& i : instances.all) {
+    boxes.push_back(world_box_of(volumes[i.volume].volume, i.place));
+  }
+  return boxes;
 }
 
 /// The radii of a grid's cells, in a box of the world with these others near it; 0 where they would
@@ -178,35 +124,84 @@ const FreeRadii::Thin& FreeRadii::draw_thin(const Grid& grid, float u) const {
   return thin_[grid.first_thin + chosen];
 }
 
+/// The instances of a scene, and what is around each of them.
+struct FreeRadii::Around {
+  std::span<const VolumeSetup> volumes;
+  const Instances& instances;
+  const Surfaces* surfaces;
+  std::vector<Box> boxes;
+  BoxNeighbours neighbours;
+  std::vector<float> extinctions;  ///< the largest, or more, by volume
+
+  Around(std::span<const VolumeSetup> volumes_, const Instances& instances_,
+         const Surfaces* surfaces_)
+      : volumes(volumes_),
+        instances(instances_),
+        surfaces(surfaces_),
+        boxes(boxes_of(volumes, instances)),
+        neighbours(boxes) {
+    for (const VolumeSetup& v : volumes) extinctions.push_back(largest_extinction(v.volume));
+  }
+
+  [[nodiscard]] const VolumeSetup& volume(std::uint32_t i) const {
+    return volumes[instances.all[i].volume];
+  }
+  [[nodiscard]] float extinction(std::uint32_t i) const {
+    return extinctions[instances.all[i].volume];
+  }
+  [[nodiscard]] bool moves(std::uint32_t i) const {
+    return instances.moves() && instances.motion[i].place != nullptr;
+  }
+  /// Whether an instance may have radii.
+  [[nodiscard]] bool is_served(std::uint32_t i) const {
+    return !moves(i) && !volume(i).one_by_one && !boxes[i].empty() && !neighbours.crowded(i);
+  }
+  [[nodiscard]] bool has_surface_near(std::uint32_t i) const {
+    return surfaces != nullptr && surfaces->may_reach(boxes[i]);
+  }
+};
+
+void FreeRadii::find_thin(const Around& around, std::uint32_t instance) {
+  Grid& g = grids_[instance];
+  g.first_thin = std::uint32_t(thin_.size());
+  const float most = kThin * around.extinction(instance);
+  for (const std::uint32_t other : around.neighbours.of(instance)) {
+    const float majorant = around.extinction(other);
+    if (around.moves(other) || !(g.majorant + majorant < most)) continue;
+    thin_.push_back({other, majorant});
+    ++g.thin_ones, g.majorant += majorant;
+  }
+}
+
+void FreeRadii::find_radii(const Around& around, std::uint32_t instance, int along) {
+  Grid grid = grids_[instance];
+  const std::span<const Thin> thin(thin_.data() + grid.first_thin, grid.thin_ones);
+  std::vector<Box> others;
+  for (const std::uint32_t other : around.neighbours.of(instance)) {
+    if (std::ranges::find(thin, other, &Thin::instance) == thin.end()) {
+      others.push_back(around.boxes[other]);
+    }
+  }
+  lay_grid(around.volume(instance).volume.density.octree.support(), along, grid);
+  // Of rays that go less far most would end in the world all the same.
+  const double least = 1 / double(around.extinction(instance));
+  const std::vector<float> radii =
+      radii_of(grid, around.boxes[instance], others, around.surfaces, least);
+  if (radii.empty()) return;
+  grid.first = std::uint32_t(radii_.size());
+  radii_.insert(radii_.end(), radii.begin(), radii.end());
+  grids_[instance] = grid;
+}
+
 FreeRadii::FreeRadii(std::span<const VolumeSetup> volumes, const Instances& instances,
                      const Surfaces* surfaces, bool may_be_thin) {
-  std::vector<Box> boxes;
-  for (const Instance& i : instances.all) {
-    boxes.push_back(world_box_of(volumes[i.volume].volume, i.place));
-  }
-  std::vector<float> extinctions;  // by volume
-  for (const VolumeSetup& v : volumes) extinctions.push_back(largest_extinction(v.volume));
-  const auto extinction_of = [&](std::uint32_t i) { return extinctions[instances.all[i].volume]; };
-  const auto moves = [&](std::uint32_t i) {
-    return instances.moves() && instances.motion[i].place != nullptr;
-  };
-  const Neighbours neighbours(boxes);
+  const Around around(volumes, instances, surfaces);
   std::vector<std::uint32_t> reached;  // by something that is not thin
-  for (std::uint32_t i = 0; i < boxes.size(); ++i) {
-    grids_.push_back({.to_world = inverse(instances.all[i].world_to_cells)});
-    const bool in_lanes = !volumes[instances.all[i].volume].one_by_one;
-    if (moves(i) || !in_lanes || boxes[i].empty() || neighbours.crowded(i)) continue;
-    Grid& g = grids_[i];
-    g.first_thin = std::uint32_t(thin_.size());
-    for (const std::uint32_t other : neighbours.of(i)) {
-      const float majorant = extinction_of(other);
-      if (!may_be_thin || moves(other)) continue;
-      if (!(g.majorant + majorant < kThin * extinction_of(i))) continue;
-      thin_.push_back({other, majorant});
-      ++g.thin_ones, g.majorant += majorant;
-    }
-    if (g.thin_ones < neighbours.of(i).size() ||
-        (surfaces != nullptr && surfaces->may_reach(boxes[i]))) {
+  for (std::uint32_t i = 0; i < instances.all.size(); ++i) {
+    Grid& g = grids_.emplace_back(Grid{.to_world = inverse(instances.all[i].world_to_cells)});
+    if (!around.is_served(i)) continue;
+    if (may_be_thin) find_thin(around, i);
+    if (g.thin_ones < around.neighbours.of(i).size() || around.has_surface_near(i)) {
       reached.push_back(i);
     } else {
       g.size = Vec3i(1), g.first = std::uint32_t(radii_.size());
@@ -214,24 +209,8 @@ FreeRadii::FreeRadii(std::span<const VolumeSetup> volumes, const Instances& inst
     }
   }
   const int along = cells_along(reached.size());
-  if (along == 0) reached.clear();
   for (const std::uint32_t i : reached) {
-    Grid grid = grids_[i];
-    const std::span<const Thin> thin(thin_.data() + grid.first_thin, grid.thin_ones);
-    std::vector<Box> others;
-    for (const std::uint32_t other : neighbours.of(i)) {
-      if (std::ranges::find(thin, other, &Thin::instance) == thin.end()) {
-        others.push_back(boxes[other]);
-      }
-    }
-    lay_grid(volumes[instances.all[i].volume].volume.density.octree.support(), along, grid);
-    // Of rays that go less far most would end in the world all the same.
-    const double least = 1 / double(extinction_of(i));
-    const std::vector<float> radii = radii_of(grid, boxes[i], others, surfaces, least);
-    if (radii.empty()) continue;
-    grids_[i] = grid;
-    grids_[i].first = std::uint32_t(radii_.size());
-    radii_.insert(radii_.end(), radii.begin(), radii.end());
+    if (along > 0) find_radii(around, i, along);
   }
   if (radii_.empty()) *this = {};
 }

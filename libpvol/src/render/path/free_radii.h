@@ -27,8 +27,8 @@ class FreeRadii {
     Affine to_world{};  ///< from cells from the octree's origin
     Vec3f low{}, scale{};
     Vec3i size{};  ///< 0: no radii are known, and rays are kept in the world
-    std::uint32_t first =
-        0;  ///< of its radii, (x, y, z) at (x * size.y + y) * size.z + z from there
+    /// Of its radii: that of cell (x, y, z) is number (x * size.y + y) * size.z + z from there.
+    std::uint32_t first = 0;
     std::uint32_t first_thin = 0, thin_ones = 0;
     float majorant = 0;  ///< of all thin ones together
 
@@ -58,6 +58,12 @@ class FreeRadii {
   std::vector<Grid> grids_;  ///< by instance; empty: no radii are known
   std::vector<float> radii_;
   std::vector<Thin> thin_;
+
+  struct Around;
+  /// Lists the thin ones around an instance.
+  void find_thin(const Around& around, std::uint32_t instance);
+  /// Finds an instance's radii, by a grid of so many cells along its longest axis.
+  void find_radii(const Around& around, std::uint32_t instance, int along);
 };
 
 }  // namespace pvol::detail
