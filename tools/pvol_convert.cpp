@@ -11,6 +11,7 @@
 #include "cli/json.h"
 #include "cli/load_scene.h"
 #include "cli/merge.h"
+#include "cli/picture_line.h"
 #include "cli/shell_export.h"
 #include "pvol/bounds/bound_grids.h"
 #include "pvol/error.h"
@@ -35,7 +36,8 @@ constexpr const char* kExamples = R"(The endings of the names determine the conv
   with the values that renders use: non-finite and negative ones become 0. pvol-fit makes .pvol files.
   All grids of a .pvol are written; its colours, NAME.x, NAME.y and NAME.z, become a grid of
   vectors, as do velocities, NAME.x+, NAME.x- and so on, and the [flow] of a recipe.
-  Deep .exr to flat .exr: its samples are composited, without a background.
+  Deep .exr to flat .exr: its samples are composited, without a background. A flat .exr to .png, with
+  another exposure or tone map than before; with alpha where it was rendered without a background.
   .pbrt, a scene of pbrt-v4, and .usda, a scene of USD as text, to .toml: a scene for pvol-render,
   with the files that it needs; what cannot be converted is listed on stderr and at the top of the
   scene. Of a USD scene, --frame and --frames take frames; without them it is startTimeCode.
@@ -49,6 +51,8 @@ Examples:
       the density with its majorants and minorants, for any VDB viewer
   pvol-convert cloud.deep.exr flat.exr
       a deep picture of pvol-render --deep, for programs that need one sample per pixel
+  pvol-convert cloud.exr cloud.png --exposure 1 --tone-map filmic
+      a picture shown in another way, without rendering it again
   pvol-convert samples/pbrt_scene.pbrt scene.toml && pvol-render scene.toml -o scene.exr
       a scene of pbrt-v4
   pvol-convert shot.usda shot.####.toml --frames 1-240
@@ -67,6 +71,7 @@ struct Options {
   cli::FramesGiven frames;
   std::filesystem::path input, output;
   formats::GridOptions grid;
+  formats::Display display;
   bool bounds = false;
   int resolution = 128;
   bool json = false;
@@ -75,14 +80,16 @@ struct Options {
 std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   const cli::CommandLine app("Converts clouds between file formats.", kTool, kExamples);
   cli::add_quiet(app, o.common);
-  app.add_option("INPUT", o.input,
-                 "Cloud: .toml (a recipe), .nvdb, .pvol or .vdb; a deep .exr; or a scene: .pbrt or "
-                 ".usda")
+  app.add_option(
+         "INPUT", o.input,
+         "Cloud: .toml (a recipe), .nvdb, .pvol or .vdb; a picture: .exr; or a scene: .pbrt or "
+         ".usda")
       .type_name("")
       .required();
   app.add_option(
          "OUTPUT", o.output,
-         "File to write: .vdb, a shell's .ply, .obj or .png, a flat .exr, or a scene: .toml")
+         "File to write: .vdb, a shell's .ply, .obj or .png, a flat .exr or a picture's .png, or a "
+         "scene: .toml")
       .type_name("")
       .required();
   cli::add_frames(app, o.frames);
@@ -96,15 +103,21 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   app.add_option("--grid", o.grid.grid,
                  "Grid of a .vdb or .nvdb file [density, else the only float grid]")
       .type_name("NAME");
+  cli::add_display(app, o.display);
   app.add_flag("--strict", o.grid.strict, "Refuse an input that causes a warning");
   app.add_flag("--json", o.json, "Print the report as JSON");
   return app.parse(argc, argv);
 }
 
-/// Whether the output shows a shell, by its ending.
+/// Whether a picture is shown on a screen.
+bool shows_picture(const Options& o) {
+  return formats::ending(o.input) == ".exr" && formats::ending(o.output) == ".png";
+}
+
+/// Whether the output shows a shell.
 bool shows_shell(const Options& o) {
   const std::string to = formats::ending(o.output);
-  return to == ".ply" || to == ".obj" || to == ".png";
+  return formats::ending(o.input) == ".pvol" && (to == ".ply" || to == ".obj" || to == ".png");
 }
 
 /// Whether it is about pictures.
@@ -142,13 +155,16 @@ void check_source(const Options& o) {
 void check_pair(const Options& o) {
   const std::string from = formats::ending(o.input), to = formats::ending(o.output);
   const bool readable = from == ".toml" || from == ".nvdb" || from == ".pvol" || from == ".vdb";
-  if (!(readable && to == ".vdb") && !(from == ".pvol" && shows_shell(o)) && !flattens(o) &&
+  if (!(readable && to == ".vdb") && !shows_shell(o) && !shows_picture(o) && !flattens(o) &&
       !imports(o)) {
     throw cli::UsageError(
         fmt::format("{}: there is no conversion from '{}' to '{}'; expected .toml (a recipe), "
                     ".nvdb, .pvol and .vdb to .vdb, .pvol to .ply, .obj and .png, deep .exr to "
-                    "flat, or .pbrt and .usda to .toml. pvol-fit makes .pvol files.",
+                    "flat, .exr to .png, or .pbrt and .usda to .toml. pvol-fit makes .pvol files.",
                     o.input.string(), from, to));
+  }
+  if (o.display != formats::Display{} && !shows_picture(o)) {
+    throw cli::UsageError("--exposure and --tone-map are for a .png that is made of an .exr");
   }
   cli::check_output(o.output, {".vdb", ".ply", ".obj", ".png", ".exr", ".toml"});
   if (cli::same_file(o.input, o.output)) {
@@ -228,6 +244,16 @@ int convert_picture(const Options& o) {
   return cli::kSuccess;
 }
 
+int convert_to_png(const Options& o) {
+  if (o.bounds) throw cli::UsageError("--bounds needs an output that ends in .vdb");
+  const formats::StoredFilm stored = formats::read_film(o.input);
+  const auto background = stored.attributes.find("pvol:background");
+  const bool alpha = background != stored.attributes.end() && background->second == "off";
+  formats::write_png(o.output, stored.film, o.display, alpha);
+  report(o, {}, {});
+  return cli::kSuccess;
+}
+
 /// The further grids of a .pvol file.
 struct Fields {
   std::vector<formats::LoadedGrid> numbers;
@@ -289,6 +315,7 @@ int convert(const Options& o) {
   check_pair(o);
   if (imports(o)) return convert_scene(o);
   if (flattens(o)) return convert_picture(o);
+  if (shows_picture(o)) return convert_to_png(o);
   if (shows_shell(o)) return convert_shell(o);
   // Bounds only where they are asked for: building them may refuse what can be converted.
   formats::Cloud cloud;

@@ -17,6 +17,7 @@
 #include "cli/interrupt.h"
 #include "cli/live_scene.h"
 #include "cli/scene_line.h"
+#include "cli/view_line.h"
 #include "pvol/error.h"
 #include "pvol/formats/recipe_file.h"
 #include "pvol/formats/scene_files.h"
@@ -52,6 +53,7 @@ struct Options {
   fs::path input, folder;
   std::string grid;
   std::vector<std::string> sets;
+  std::map<std::string, std::string> flags_of_sets;  ///< of those that --view and the like add
   std::map<std::string, std::string> options;
   std::vector<int> frames;
   int port = 0;
@@ -80,10 +82,14 @@ std::optional<int> read_command_line(int argc, char** argv, Options& o) {
   app.add_option("--grid", o.grid, "Grid of a .vdb or .nvdb file [density, else the only one]")
       .type_name("NAME");
   add_scene_options(app, o.options);
+  cli::FlagSets of_flags;
+  cli::add_view(app, of_flags);
   app.add_option("--set", o.sets, "Set a value of the scene, e.g. medium.g=0.5; repeatable")
       .type_name("KEY=VALUE")
       .repeatable();
-  return app.parse(argc, argv, cli::scene_manual());
+  const std::optional<int> code = app.parse(argc, argv, cli::scene_manual());
+  cli::add_to(o.sets, o.flags_of_sets, of_flags);
+  return code;
 }
 
 /// Of a sequence the file of the first frame.
@@ -103,7 +109,7 @@ viewer::EditedScene read_scene(const Options& o) {
         "a scene for each frame cannot be viewed; give one scene whose clouds have names for each "
         "frame, such as smoke.####.vdb");
   }
-  formats::SceneFile scene = cli::read_scene(first, o.sets, o.grid);
+  formats::SceneFile scene = cli::read_scene_as_set(first, o.sets, o.flags_of_sets, o.grid);
   cli::apply_options(o.options, scene);
   if (first != o.input) scene.volumes.front().file = o.input;
   return {std::move(scene), o.frames};

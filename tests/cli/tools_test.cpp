@@ -180,6 +180,17 @@ TEST(Fit, ByReferenceReadsTheSourceAgainAndRefusesAChangedOne) {
   expect_failure(PVOL_STATS, stats, "tools.density_ball_vdb_changed");
 }
 
+TEST(Tools, NameTheOptionThatWasMeant) {
+  const auto refused = [](const std::vector<std::string>& words, const char* message) {
+    const RunResult r = run_tool(PVOL_RENDER, words);
+    EXPECT_EQ(r.exit, 2);
+    EXPECT_TRUE(says(r.err, message));
+  };
+  refused({"a.vdb", "-o", "a.exr", "--exposur=2"}, "tools.option_meant");
+  refused({"a.vdb", "-o", "a.exr", "first", "second"}, "tools.unexpected_in_order");
+  refused({"a.vdb", "-o", "a.exr", "--sequence-of-frames"}, "tools.unexpected_alone");
+}
+
 TEST(Fit, RefusesWrongNamesBeforeAnyWork) {
   const ScratchFolder folder;
   const std::string vdb = write_ball(folder);

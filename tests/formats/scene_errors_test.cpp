@@ -14,6 +14,7 @@ TEST_F(SceneText, BadTextIsRefusedWithItsPlace) {
       {"[camera\n", "scene.bracket_missing"},
       {"x = = 1", "scene.value_missing"},
       {"[volume]\n", "scene.table_twice"},
+      {"[[volume]]\nfile = \"b.pvol\"\n", "scene.section_becomes_list"},
       {"[light]\n", "scene.no_key_light"},
       {"[volume.medium]\ng = 0.5\n", "scene.medium_of_first"},
       {"[world]\nup = \"x\"\n", "scene.world_up_x"},

@@ -310,6 +310,11 @@ TEST(Parts, OfSamplesAreThoseThatThePictureHas) {
     o.part_begin = begin, o.part_end = end;
     return !misfit(o);
   };
+  RenderOptions limited;  // has no number of samples, but where noise asks for a pilot
+  limited.time = 4, limited.part_end = kPilot;
+  EXPECT_TRUE(misfit(limited));
+  limited.noise = 0.1;
+  EXPECT_FALSE(misfit(limited));
   EXPECT_TRUE(valid(0, 0, {}));
   EXPECT_TRUE(valid(0, 64, {}));
   EXPECT_TRUE(valid(63, 64, {}));

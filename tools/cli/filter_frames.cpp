@@ -96,15 +96,15 @@ void filter_one(const FilterGiven& o, const std::string& label, const Picture& p
   // Read again rather than kept, since it takes most of the memory.
   const Film film = formats::read_film(p.file).film;
   const Denoised d = denoise(film, *p.frame, others);
-  FilteredPicture f{with_colour(film, d), d.relative_error, d.fireflies};
+  FilteredPicture f = filtered_picture(film, d);
   drop_halves(f.film);
   f.wall_seconds = watch.lap();
   write(o, p, f, describe_filtered(p, f, others.size()));
   if (o.common.quiet) return;
-  std::cerr << fmt::format("{}: {}filtered in {}{}, estimated error {} % of the mean; wrote {}\n",
-                           kConvertTool, label, readable_seconds(f.wall_seconds),
+  std::cerr << fmt::format("{}: {}filtered in {}{}, {}; wrote {}\n", kConvertTool, label,
+                           readable_seconds(f.wall_seconds),
                            others.empty() ? "" : fmt::format(" with {} others", others.size()),
-                           readable(100 * f.relative_error), o.output.exr.string());
+                           error_text(f), o.output.exr.string());
 }
 
 FilterGiven names_of_frame(const FilterGiven& o, int frame) {

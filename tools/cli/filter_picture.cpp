@@ -1,8 +1,9 @@
 #include "cli/filter_picture.h"
 
+#include <fmt/format.h>
+
 #include "cli/cli.h"
 #include "cli/instructions.h"
-#include "pvol/render/denoise.h"
 
 namespace pvol::cli {
 namespace {
@@ -41,12 +42,22 @@ Scene with_needs_of_filter(const Scene& scene) {
   return changed;
 }
 
+FilteredPicture filtered_picture(const Film& film, const Denoised& d) {
+  return {with_colour(film, d), d.relative_error, d.relative_error_deviation, d.fireflies};
+}
+
+std::string error_text(const FilteredPicture& filtered) {
+  return fmt::format("estimated error {} +- {:.2g} % of the mean",
+                     readable(100 * filtered.relative_error),
+                     100 * filtered.relative_error_deviation);
+}
+
 FilteredPicture filter_picture(const Film& film, const RenderOptions& asked,
                                const std::function<bool()>& stop) {
   Stopwatch watch;
   const double before = cpu_seconds();
   const Denoised d = denoise(film, {.threads = asked.threads, .stop = stop});
-  FilteredPicture p{with_colour(film, d), d.relative_error, d.fireflies};
+  FilteredPicture p = filtered_picture(film, d);
   std::erase_if(p.film.layers, [&](const Layer& l) { return !is_wanted(l, asked.aovs); });
   p.cpu_seconds = cpu_seconds() - before, p.wall_seconds = watch.lap();
   return p;

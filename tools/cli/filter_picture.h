@@ -2,7 +2,9 @@
 #pragma once
 
 #include <functional>
+#include <string>
 
+#include "pvol/render/denoise.h"
 #include "pvol/render/film.h"
 #include "pvol/render/scene.h"
 
@@ -11,10 +13,17 @@ namespace pvol::cli {
 /// The picture after the filter (pvol/render/denoise.h).
 struct FilteredPicture {
   Film film;                  ///< with the noisy picture and its variance as layers
-  double relative_error = 0;  ///< as estimated
+  double relative_error = 0;  ///< as estimated, and the estimate's standard deviation
+  double relative_error_deviation = 0;
   std::size_t fireflies = 0;  ///< pixels whose rare bright light was spread
   double cpu_seconds = 0, wall_seconds = 0;
 };
+
+/// The film that was filtered, and what the filter says of it.
+[[nodiscard]] FilteredPicture filtered_picture(const Film& film, const Denoised& d);
+
+/// "estimated error 1.6 +- 0.3 % of the mean".
+[[nodiscard]] std::string error_text(const FilteredPicture& filtered);
 
 /// Layers that a picture needs to be filtered when it has been written, and that a frame of a
 /// sequence needs besides for others to find what moves.

@@ -9,10 +9,10 @@
 
 #include "cli/cli.h"
 #include "cli/filter_picture.h"
-#include "cli/load_scene.h"
 #include "cli/resume_state.h"
 #include "cli/scene_line.h"
 #include "cli/sequence.h"
+#include "cli/view_line.h"
 #include "pvol/formats/field_names.h"
 #include "pvol/formats/scene_files.h"
 #include "pvol/math/rng.h"
@@ -28,23 +28,9 @@ auto output_names(GivenOptions& o) {
   return files;
 }
 
-/// Reads a scene with what the command line sets of it. An error names the option that was given.
-formats::SceneFile read_scene_as_set(const RenderOptionsGiven& o) {
-  try {
-    return read_scene(o.input, o.sets, o.grid.grid);
-  } catch (const UsageError& e) {
-    const std::string text = e.what();
-    for (const auto& [set, flag] : o.flags_of_sets) {
-      const std::string as_set = "--set " + set;
-      if (text.starts_with(as_set)) throw UsageError(flag + text.substr(as_set.size()));
-    }
-    throw;
-  }
-}
-
 formats::SceneFile parse_scene(const RenderOptionsGiven& o) {
   const StageLine stage("reading " + o.input.filename().string(), o.common.quiet);
-  formats::SceneFile file = read_scene_as_set(o);
+  formats::SceneFile file = read_scene_as_set(o.input, o.sets, o.flags_of_sets, o.grid.grid);
   apply_options(o.options, file);
   if (o.denoise_layers) file.scene.options.aovs.add(layers_for_sequence());
   file.scene.options.count = !o.stats.empty();

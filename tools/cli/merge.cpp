@@ -329,6 +329,7 @@ Merged finish(const MergeGiven& o, const Part& first, const Whole& whole, Film f
   m.attributes.erase("pvol:relative_noise");
   m.attributes.erase("pvol:pixel_noise");
   m.attributes.erase("pvol:estimated_error");
+  m.attributes.erase("pvol:estimated_error_deviation");
   m.attributes.erase("pvol:fireflies");
   describe_whole(whole, !o.crop.empty(), m.scene, m.attributes);
   const bool denoise = wants_filter(m.attributes);

@@ -74,6 +74,8 @@ void describe_film(const Film& film, std::uint64_t samples, std::uint64_t wanted
 void describe_error(const FilteredPicture& filtered,
                     std::map<std::string, std::string>& attributes) {
   attributes["pvol:estimated_error"] = fmt::format("{:.6g}", filtered.relative_error);
+  attributes["pvol:estimated_error_deviation"] =
+      fmt::format("{:.6g}", filtered.relative_error_deviation);
   attributes["pvol:fireflies"] = std::to_string(filtered.fireflies);
 }
 

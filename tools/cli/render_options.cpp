@@ -9,6 +9,7 @@
 #include "cli/picture_line.h"
 #include "cli/scene_line.h"
 #include "cli/split_line.h"
+#include "cli/view_line.h"
 #include "pvol/formats/scene_file.h"
 
 namespace pvol::cli {
@@ -113,88 +114,6 @@ void add_files(const CommandLine& app, RenderOptionsGiven& o) {
   app.add_flag("--strict", o.grid.strict, "Refuse a cloud that causes a warning");
 }
 
-/// Azimuth and elevation of a camera that frames the clouds, as --view gives them: by a word, or in
-/// degrees. Nothing for another text.
-std::optional<std::array<std::string, 2>> parse_view(const std::string& view) {
-  struct Named {
-    const char *name, *azimuth, *elevation;
-  };
-  constexpr Named kViews[] = {{"front", "0", "0"},   {"right", "90", "0"}, {"side", "90", "0"},
-                              {"back", "180", "0"},  {"left", "-90", "0"}, {"top", "0", "90"},
-                              {"bottom", "0", "-90"}};
-  for (const Named& v : kViews) {
-    if (view == v.name) return {{v.azimuth, v.elevation}};
-  }
-  const std::size_t comma = view.find(',');
-  if (comma == std::string::npos) return std::nullopt;
-  return {{view.substr(0, comma), view.substr(comma + 1)}};
-}
-
-Check is_view(const Entries& camera) {
-  return {[azimuth = fits(find_key(camera, "azimuth")->about.limits),
-           elevation = fits(find_key(camera, "elevation")->about.limits)](const std::string& text) {
-            const auto view = parse_view(text);
-            if (!view) {
-              return fmt::format(
-                  "found '{}', expected front, right, side, back, left, top, bottom, or degrees "
-                  "about up and above, such as 45,20",
-                  text);
-            }
-            const std::string fault = azimuth.fault((*view)[0]);
-            return fault.empty() ? elevation.fault((*view)[1]) : fault;
-          },
-          "front right side back left top bottom"};
-}
-
-/// What flags add to `sets`, and the flag as it was given.
-using FlagSets = std::vector<std::pair<std::string, std::string>>;
-
-/// Flags for a camera that frames the clouds. They add keys of the scene to `sets`.
-void add_view(const CommandLine& app, FlagSets& sets) {
-  Camera defaults;
-  const Entries all = entries(defaults);
-  app.add_option_function(
-         "--view",
-         [&sets](const std::string& text) {
-           const auto [azimuth, elevation] = parse_view(text).value();
-           sets.emplace_back("camera.azimuth=" + azimuth, "--view " + text);
-           sets.emplace_back("camera.elevation=" + elevation, "--view " + text);
-         },
-         "Direction from which the camera that frames the clouds looks: front, right, side, back, "
-         "left, top, bottom, or degrees about up from the front and above, such as 45,20 [a little "
-         "above the front]")
-      .type_name("NAME|AZ,EL")
-      .check(is_view(all));
-  for (const char* key : {"zoom", "fov"}) {
-    const Entry& e = *find_key(all, key);
-    app.add_option_function(
-           flag_of(e.about),
-           [&sets, key](const std::string& text) {
-             sets.emplace_back(fmt::format("camera.{}={}", key, text),
-                               fmt::format("--{} {}", key, text));
-           },
-           help_of(e))
-        .type_name(metavar_of(e.about))
-        .check(fits(e.about.limits));
-  }
-  const Limits up = find_key(all, "up")->about.limits;
-  app.add_option_function(
-         "--up",
-         [&sets](const std::string& text) {
-           const bool axis = text == "y" || text == "z";
-           sets.emplace_back(axis ? "world.up=\"" + text + '"' : "camera.up=[" + text + ']',
-                             "--up " + text);
-         },
-         "Axis that is up, y or z, for camera, sky and the default sun; or, for the camera alone, "
-         "any direction [y]")
-      .type_name("y|z|X,Y,Z")
-      .check({[up](const std::string& text) {
-        const auto refusal = refuse(up, parse_value(up, text));
-        if (text == "y" || text == "z" || !refusal) return std::string();
-        return fmt::format("found '{}', expected y, z or {}", text, command_expected(up, *refusal));
-      }});
-}
-
 void add_scene(const CommandLine& app, RenderOptionsGiven& o) {
   app.add_option("--set", o.sets,
                  "Set a value of the scene, e.g. medium.g=0.5, or in lists volume[2].medium.g=0.5; "
@@ -222,11 +141,7 @@ std::optional<int> read_command_line(int argc, char** argv, RenderOptionsGiven& 
   add_view(app, of_flags);
   add_scene(app, o);
   const std::optional<int> code = app.parse(argc, argv, scene_manual());
-  // After all --set, in whose list the parser keeps nothing else.
-  for (const auto& [set, flag] : of_flags) {
-    o.sets.push_back(set);
-    o.flags_of_sets.emplace(set, flag);
-  }
+  add_to(o.sets, o.flags_of_sets, of_flags);
   return code;
 }
 

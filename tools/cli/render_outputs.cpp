@@ -145,9 +145,8 @@ void save(const FrameJob& frame, const RenderJob& job, const TimedRender& t) {
             << readable_count(t.samples) << " samples in " << readable_seconds(t.wall_seconds)
             << ", " << noise_text(t.result.film);
   if (t.filtered) {
-    std::cerr << "; filtered in " << readable_seconds(t.filtered->wall_seconds)
-              << ", estimated error " << readable(100 * t.filtered->relative_error)
-              << " % of the mean";
+    std::cerr << "; filtered in " << readable_seconds(t.filtered->wall_seconds) << ", "
+              << error_text(*t.filtered);
     if (t.filtered->fireflies > 0) {
       std::cerr << ", fireflies in " << readable_count(t.filtered->fireflies) << " pixels spread";
     }

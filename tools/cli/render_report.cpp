@@ -160,6 +160,7 @@ std::string stats_text(const RenderJob& job, const TimedRender& t) {
   j["pixel_noise"] = of_pixels ? Json(*of_pixels) : Json();
   if (t.filtered) {
     j["denoised"] = {{"estimated_error", t.filtered->relative_error},
+                     {"estimated_error_deviation", t.filtered->relative_error_deviation},
                      {"fireflies", t.filtered->fireflies},
                      {"cpu_seconds", t.filtered->cpu_seconds},
                      {"wall_seconds", t.filtered->wall_seconds}};

@@ -53,7 +53,10 @@ std::string in_words(const OpenChoices& open) {
   if (!open.colors.empty()) all.emplace_back("the fire's colour");
   if (!open.intensities.empty()) all.emplace_back("the fire's intensity");
   if (open.camera) all.emplace_back("camera");
-  return fmt::format("{}", fmt::join(all, " and "));
+  if (all.size() < 2) return fmt::format("{}", fmt::join(all, ""));
+  const std::string last = std::move(all.back());
+  all.pop_back();
+  return fmt::format("{} and {}", fmt::join(all, ", "), last);
 }
 
 /// Throws Error where there is nothing that extinction or camera could be chosen for. A fire alone
@@ -71,7 +74,16 @@ void require_density(const FrameJobs& work, const RenderJob& loaded) {
   const auto lacks_it = [&](const FrameJob& job) {
     return std::ranges::any_of(job.open.extinctions, is_empty);
   };
-  if (empty < volumes && !lacks_it(reference) && std::ranges::none_of(work.jobs, lacks_it)) return;
+  const bool chooses = empty < volumes && !lacks_it(reference);
+  const auto lacking = std::ranges::find_if(work.jobs, lacks_it);
+  if (chooses && lacking == work.jobs.end()) return;
+  if (chooses) {
+    const int frame = lacking->in_sequence->number;
+    throw Error(fmt::format(
+        "frame {} has no density, so the extinction cannot be chosen for frame {}, which "
+        "has one; choose by that frame with --lock-frame {}",
+        reference.in_sequence->number, frame, frame));
+  }
   throw Error(
       fmt::format("frame {}: the density is 0 everywhere, so extinction and camera "
                   "cannot be chosen; name another frame with --lock-frame N",

@@ -92,11 +92,15 @@ std::string too_deep() {
                      detail::kDeepestToml);
 }
 
-/// What is wrong; of names of files with backslashes also what to do.
+/// What is wrong; of names of files with backslashes, and of a section that becomes a list, also
+/// what to do.
 std::string description(const toml::parse_error& e) {
   std::string text(e.description());
   if (text.find("unicode scalar") != text.npos || text.find("escape sequence") != text.npos) {
     text += "; a backslash between \" begins an escape: write names of files with /, or between '";
+  }
+  if (text.find("as array-of-tables") != text.npos) {
+    text += "; where there are several, the first is in double brackets as well, as in [[volume]]";
   }
   return text;
 }

@@ -31,6 +31,8 @@ struct Display {
   double exposure = 0;  ///< in stops
   /// One of `tone_maps`: the name of a ToneMap, or a view of the OCIO configuration.
   std::string tone_map = "srgb";
+
+  friend bool operator==(const Display&, const Display&) = default;
 };
 
 /// Every tone map there is: those of ours, then, where pvol was built with OpenColorIO, the views

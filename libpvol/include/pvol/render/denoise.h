@@ -49,6 +49,8 @@ struct Denoised {
   /// The root mean square over all pixels of the estimated error of their luminance, over the
   /// picture's mean luminance: beside `relative_noise` of the film. 0 without light.
   double relative_error = 0;
+  /// Standard deviation of that estimate, were noise normal.
+  double relative_error_deviation = 0;
   /// Pixels that rare samples made far brighter than all around them, and whose light was spread
   /// over their surroundings before the picture was filtered (T5.21).
   std::size_t fireflies = 0;

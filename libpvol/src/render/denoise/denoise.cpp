@@ -145,17 +145,20 @@ void put(const Film& film, const Halves& halves, const std::array<Planes, 2>& fi
   }
 }
 
-/// The errors of the pixels that were left are added to those of all the others together, which
-/// are known better than the parts.
-double relative_error(const Denoised& d, const Halves& halves, Vec3d mean_mse) {
+/// Finds the error of the whole. The errors of the pixels that were left are added to those of all
+/// the others together, which are known better than the parts.
+void add_relative_error(const Halves& halves, Vec3d mean_mse, Vec3d deviation, Denoised& d) {
   const Plane& filtered = halves.filtered;
-  double errors = 0, light = 0;
+  double errors = 0, uncertain = 0, light = 0;
   for (std::size_t i = 0; i < d.colour.size(); ++i) {
     const auto width = std::size_t(filtered.width());
     const bool left = !(filtered.row(int(i / width))[i % width] > 0);
     errors += luminance(left ? d.mse[i] : mean_mse), light += luminance(d.colour[i]);
+    if (!left) uncertain += luminance(deviation);  // as if the channels had the same noise
   }
-  return light > 0 ? std::sqrt(errors * double(d.colour.size())) / light : 0;
+  if (!(light > 0) || !(errors > 0)) return;
+  d.relative_error = std::sqrt(errors * double(d.colour.size())) / light;
+  d.relative_error_deviation = d.relative_error * uncertain / (2 * errors);
 }
 
 /// One half of a frame and, after its colour, the parts of that, of all samples; weights are from
@@ -196,7 +199,7 @@ Denoised filter(const Film& film, const FramePlanes& own,
   out.mse = out.variance;
   const Halves& halves = own.halves;
   out.fireflies = halves.fireflies.pixels;
-  Vec3d mean_mse;
+  Vec3d mean_mse, deviation;
   if (halves.any) {
     const auto sets = detail::find_colour_parts(film);
     std::vector<detail::AlignedFrame> aligned;
@@ -206,11 +209,12 @@ Denoised filter(const Film& film, const FramePlanes& own,
       const Errors errors = detail::find_errors(halves, filtered, std::size_t(c));
       put(film, halves, filtered, c, errors, out);
       mean_mse[c] = errors.mean_mse * halves.scale * halves.scale;
+      deviation[c] = errors.deviation * halves.scale * halves.scale;
     }
     out.layers = detail::fit_parts(film, sets, halves,
                                    {filtered[0].data() + 3, filtered[1].data() + 3}, out.colour);
   }
-  out.relative_error = relative_error(out, halves, mean_mse);
+  add_relative_error(halves, mean_mse, deviation, out);
   return out;
 }
 

@@ -1,15 +1,16 @@
 #include "render/denoise/filter_error.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "pvol/math/parallel.h"
 
 namespace pvol::detail {
 namespace {
 
-/// With e_a and e_b the errors of the filtered halves, ((e_a + e_b)/2)^2 =
-/// (e_a^2 + e_b^2)/2 - ((e_a - e_b)/2)^2, of which the last term is seen, and e_a^2 is on average
-/// (a - v)^2 less the variance of v, the other half as it was.
+/// With e_a and e_b the errors of the filtered halves a and b, ((e_a + e_b)/2)^2 =
+/// (e_a^2 + e_b^2)/2 - ((e_a - e_b)/2)^2, of which the last term is seen. With u and v the halves
+/// as they were, e_a^2 + e_b^2 is on average (a - v)^2 + (b - u)^2 - (u - v)^2.
 struct RawErrors {
   Plane halves;       ///< (e_a^2 + e_b^2)/2, on average
   Plane difference;   ///< ((e_a - e_b)/2)^2
@@ -23,17 +24,14 @@ RawErrors find_raw_errors(const Halves& halves, const std::array<Planes, 2>& fil
   parallel_for(0, std::size_t(height), [&](std::size_t row) {
     const int y = int(row);
     for (int x = 0; x < width; ++x) {
-      double sum = 0, uncertain = 0;
-      for (const std::size_t half : {0u, 1u}) {
-        const Guide& other = halves.colour[1 - half];
-        const double d = double(filtered[half][c].row(y)[x]) - double(other.values[c].row(y)[x]);
-        const double noise = double(other.variances[c].row(y)[x]);
-        sum += (d * d - noise) / 2, uncertain += noise * noise / 2;
-      }
-      const double d = double(filtered[0][c].row(y)[x]) - double(filtered[1][c].row(y)[x]);
-      raw.halves.row(y)[x] = float(sum);
-      raw.difference.row(y)[x] = float(d * d / 4);
-      raw.uncertainty.row(y)[x] = float(uncertain);
+      const double a = double(filtered[0][c].row(y)[x]), b = double(filtered[1][c].row(y)[x]);
+      const double u = double(halves.colour[0].values[c].row(y)[x]);
+      const double v = double(halves.colour[1].values[c].row(y)[x]);
+      const double twice = (a - v) * (a - v) + (b - u) * (b - u) - (u - v) * (u - v);
+      raw.halves.row(y)[x] = float(twice / 2);
+      raw.difference.row(y)[x] = float((a - b) * (a - b) / 4);
+      raw.uncertainty.row(y)[x] =
+          halves.colour[0].variances[c].row(y)[x] * halves.colour[1].variances[c].row(y)[x];
     }
   });
   return raw;
@@ -56,12 +54,13 @@ Errors find_errors(const Halves& halves, const std::array<Planes, 2>& filtered, 
   Errors errors{box_mean(raw.difference, halves.filtered, kSmooth),
                 box_mean(raw.halves, halves.filtered, kSmooth)};
   const Plane uncertainty = box_mean(raw.uncertainty, halves.filtered, kSmooth);
-  double sum = 0, least = 0, count = 0;
+  double sum = 0, least = 0, uncertain = 0, count = 0;
   for (int y = 0; y < halves.filtered.height(); ++y) {
     for (int x = 0; x < halves.filtered.width(); ++x) {
       if (!(halves.filtered.row(y)[x] > 0)) continue;
       const double difference = double(raw.difference.row(y)[x]);
       sum += double(raw.halves.row(y)[x]) - difference, least += difference, ++count;
+      uncertain += double(raw.uncertainty.row(y)[x]);
       const double variance = double(errors.variance.row(y)[x]);
       const double common = double(errors.mse.row(y)[x]) - 2 * variance;
       errors.mse.row(y)[x] =
@@ -69,6 +68,7 @@ Errors find_errors(const Halves& halves, const std::array<Planes, 2>& filtered, 
     }
   }
   errors.mean_mse = std::max(sum, least) / count;
+  errors.deviation = std::sqrt(uncertain) / count;
   return errors;
 }
 

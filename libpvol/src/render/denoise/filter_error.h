@@ -10,7 +10,8 @@ namespace pvol::detail {
 /// Errors of one channel: of the mean of both filtered halves.
 struct Errors {
   Plane variance, mse;  ///< smoothed
-  double mean_mse = 0;  ///< over the pixels that were filtered
+  double mean_mse = 0;   ///< over the pixels that were filtered
+  double deviation = 0;  ///< standard deviation of that estimate, were noise normal
 };
 
 /// Of channel c, by the filtered planes of either half.

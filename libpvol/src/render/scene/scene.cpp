@@ -25,6 +25,9 @@ std::optional<Misfit> misfit(const RenderOptions& o) {
                   "off for a single pixel, whose noise cannot be estimated from neighbours"};
   }
   if (o.part_end > 0 || o.part_begin > 0) {
+    if (o.time && !o.noise) {
+      return Misfit{{"time"}, "none with samples A:B, a part of a given number of samples"};
+    }
     const std::uint32_t all = is_adaptive(o) ? kPilot : o.samples;
     const bool pilot = o.part_begin == 0 && o.part_end == kPilot;
     if (is_adaptive(o) && !pilot) {
