@@ -1,9 +1,5 @@
 #include "cli/render_options.h"
 
-#include <fmt/format.h>
-
-#include <array>
-
 #include "cli/command_line.h"
 #include "cli/frames_line.h"
 #include "cli/picture_line.h"
