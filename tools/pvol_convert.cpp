@@ -173,6 +173,9 @@ void check_pair(const Options& o) {
                     o.input.string()));
   }
   check_source(o);
+  if (o.bounds && to != ".vdb") {
+    throw cli::UsageError("--bounds needs an output that ends in .vdb");
+  }
 }
 
 /// Active voxels of what was written: zeros are not.
@@ -220,7 +223,6 @@ const Shell& require_shell(const Options& o, const std::optional<Shell>& shell) 
 
 /// Slices show the density as well; a mesh needs the shell alone.
 int convert_shell(const Options& o) {
-  if (o.bounds) throw cli::UsageError("--bounds needs an output that ends in .vdb");
   formats::GridReport density;
   if (formats::ending(o.output) == ".png") {
     const formats::Cloud cloud = cli::load_cloud({kTool, o.common.quiet}, o.input, o.grid);
@@ -237,7 +239,6 @@ int convert_shell(const Options& o) {
 }
 
 int convert_picture(const Options& o) {
-  if (o.bounds) throw cli::UsageError("--bounds needs an output that ends in .vdb");
   const formats::StoredFilm flat = formats::flatten_exr(o.input);
   formats::write_exr(o.output, flat.film, flat.attributes);
   report(o, {}, {});
@@ -245,7 +246,6 @@ int convert_picture(const Options& o) {
 }
 
 int convert_to_png(const Options& o) {
-  if (o.bounds) throw cli::UsageError("--bounds needs an output that ends in .vdb");
   const formats::StoredFilm stored = formats::read_film(o.input);
   const auto background = stored.attributes.find("pvol:background");
   const bool alpha = background != stored.attributes.end() && background->second == "off";
@@ -294,7 +294,6 @@ Fields load_fields(const Options& o) {
 
 /// Notes go to stderr whole: what is not in the picture is no matter of taste.
 int convert_scene(const Options& o) {
-  if (o.bounds) throw cli::UsageError("--bounds needs an output that ends in .vdb");
   const std::string stem = o.output.stem().string();
   const formats::ImportedScene scene = is_usd(o) ? formats::read_usda(o.input, stem, o.frames.frame)
                                                  : formats::read_pbrt(o.input, stem);

@@ -99,13 +99,11 @@ std::filesystem::path with_pattern(const std::filesystem::path& file) {
   constexpr std::size_t kFewestDigits = 3;
   std::string name = file.stem().string();
   static const std::regex padded_with_blanks("%([1-9][0-9]?d)");
+  const std::size_t begin = name.find_last_not_of("0123456789") + 1, digits = name.size() - begin;
   if (std::regex_search(name, padded_with_blanks)) {
     name = std::regex_replace(name, padded_with_blanks, "%0$1");
-    return std::filesystem::path(file).replace_filename(name + file.extension().string());
-  }
-  const std::size_t begin = name.find_last_not_of("0123456789") + 1, digits = name.size() - begin;
-  if (begin > 0 && digits >= kFewestDigits &&
-      std::string_view("._-").find(name[begin - 1]) != std::string_view::npos) {
+  } else if (begin > 0 && digits >= kFewestDigits &&
+             std::string_view("._-").find(name[begin - 1]) != std::string_view::npos) {
     name.replace(begin, digits, digits, '#');
   } else {
     name += ".####";
