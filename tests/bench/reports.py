@@ -71,18 +71,19 @@ def study_pictures(tools, file, args, folder):
     if max(map(max, (a[c] for c in "RGB"))) <= 0:
         return None
     render("b", 2, args.spp)
+    b, _ = read("b")
     render("r", 3, 16 * args.spp)
     render("f", 1, args.spp, "--denoise")
     (r, _), (f, filtered) = read("r"), read("f")
     light, true = luminances(a), luminances(r)
     own = [max(0.0, v) for v in luminances(r, "variance.")]
-    squares = [(x - y) ** 2 - v for x, y, v in zip(light, true, own)]
+    squares = [(x - y) ** 2 / 2 for x, y in zip(light, luminances(b))]
     error = sum((x - y) ** 2 - v for x, y, v in zip(luminances(f), true, own)) / len(true)
     expected = re.findall(r"([0-9.e-]+) % expected", log)
     mean = sum(true) / len(true)
     return {"same": image_report(tools, folder / "a.exr", folder / "b.exr"),
             "reference": image_report(tools, folder / "a.exr", folder / "r.exr"),
-            "pixel_noise": [math.sqrt(max(0, beside_brightness(squares, true))), stats["pixel_noise"]],
+            "pixel_noise": [math.sqrt(beside_brightness(squares, true)), stats["pixel_noise"]],
             "expected": [stats["pixel_noise"], float(expected[0]) / 100 if expected else None],
             "filter": [math.sqrt(max(0, error)) / mean, filtered["denoised"]["estimated_error"]]}
 

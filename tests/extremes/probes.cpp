@@ -105,7 +105,9 @@ bool all_finite(const Film& film) {
 Outcome against(const Film& film, const Film& reference, double factor = 1) {
   if (!all_finite(film)) return {Verdict::wrong, "a pixel is not finite"};
   Film scaled = reference;
-  for (PixelSums& p : scaled.pixels) p.sum *= factor, p.sum_squares *= factor * factor;
+  for (PixelSums& p : scaled.pixels) {
+    p.sum *= factor, p.sum_squares *= factor * factor, p.group *= factor;
+  }
   if (test::same_bytes(film, scaled)) return {};
   const test::Average a = test::average(film), b = test::average(scaled);
   const double off = std::abs(a.mean.y - b.mean.y),

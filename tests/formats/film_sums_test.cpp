@@ -40,12 +40,12 @@ Film some_film(bool adaptive) {
   ExactSums sums;
   for (std::size_t i = 0; i < f.pixels.size(); ++i) {
     PixelSums& p = f.pixels[i];
-    p.samples = std::uint32_t(i % 40);
+    p.samples = std::uint32_t(i % 40), p.group_samples = p.samples / 3;
     load_sums(f, i, sums);
     for (std::uint32_t s = 0; s < p.samples; ++s) {
       add(sums.light, vector());
       add(sums.squares, vector());
-      add(sums.alpha, number());
+      add(sums.alpha, number()), add(sums.group, number());
       add(sums.layers[0].sum, vector());
       add(sums.layers[1].sum, vector());
       add(sums.layers[1].weight, 1);
@@ -97,7 +97,9 @@ void expect_same(const Film& a, const Film& b) {
     EXPECT_EQ(a.pixels[i].sum, b.pixels[i].sum);
     EXPECT_EQ(a.pixels[i].sum_squares, b.pixels[i].sum_squares);
     EXPECT_EQ(a.pixels[i].alpha, b.pixels[i].alpha);
+    EXPECT_EQ(a.pixels[i].group, b.pixels[i].group);
     EXPECT_EQ(a.pixels[i].samples, b.pixels[i].samples);
+    EXPECT_EQ(a.pixels[i].group_samples, b.pixels[i].group_samples);
   }
   ASSERT_EQ(a.layers.size(), b.layers.size());
   for (std::size_t k = 0; k < a.layers.size(); ++k) {
@@ -241,6 +243,7 @@ TEST(FilmSums, WithDigitsThatNoTermsHaveAreRefused) {
   refuses(7,
           [](ExactSums& s) { s.squares.digits[0][0] = std::numeric_limits<std::int64_t>::min(); });
   refuses(0, [](ExactSums& s) { s.alpha.digits[2][0] = 1; });
+  refuses(0, [](ExactSums& s) { s.group.digits[2][0] = 1; });
   refuses(9, [](ExactSums& s) { s.layers[1].weight.digits[0][0] = -(1ll << 50); });
   refuses(9, [](ExactSums& s) { s.squares.level = 32, s.squares.digits[0][1] = 1ll << 33; });
   detail::load(film, 7, record);
@@ -262,6 +265,7 @@ TEST(FilmSums, ThatNoTermsHaveAreRefused) {
   refuses([](Film& f) { f.pixels[7].sum.z = -0x1p80; });
   refuses([](Film& f) { f.remainders.pixels[0].alpha.rest[0][0] = 1; });
   refuses([](Film& f) { f.remainders.pixels[7].alpha.level = 33; });
+  refuses([](Film& f) { f.pixels[7].group_samples = 8; });
   refuses([](Film& f) { f.layers[1].weights[9] = -0x1p50; });
   refuses([](Film& f) { f.layers[3].sums[2].x = std::nan(""); });
   refuses([](Film& f) { f.needs->share[5] = -1; });
@@ -290,21 +294,23 @@ TEST(FilmSums, OfPiecesThatAreNotInThemAreRefused) {
   refuses([](FilmPiece& p) { p.end = 0; });
 }
 
-TEST(FilmSums, OfLaterVersionsAreRefused) {
+TEST(FilmSums, OfOtherVersionsAreRefused) {
   const TemporaryFolder folder;
   write(folder.file("a.exr"), some_film(false));
   std::ifstream in(folder.file("a.exr"), std::ios::binary);
   std::string bytes{std::istreambuf_iterator<char>(in), {}};
-  const std::string version = "\"version\":1";
+  const std::string version = "\"version\":2";
   const std::size_t at = bytes.find(version);
   ASSERT_NE(at, std::string::npos);
-  bytes[at + version.size() - 1] = '2';
-  std::ofstream(folder.file("b.exr"), std::ios::binary) << bytes;
-  try {
-    (void)read_film_file(folder.file("b.exr"));
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_TRUE(says(e.what(), "film.stores_sums_version")) << e.what();
+  for (const char other : {'1', '3'}) {
+    bytes[at + version.size() - 1] = other;
+    std::ofstream(folder.file("b.exr"), std::ios::binary) << bytes;
+    try {
+      (void)read_film_file(folder.file("b.exr"));
+      FAIL();
+    } catch (const Error& e) {
+      EXPECT_TRUE(says(e.what(), "film.stores_sums_version")) << e.what();
+    }
   }
 }
 

@@ -1,5 +1,5 @@
 // The two halves of a picture's samples, which a filter takes to be independent (THEORY.md, T5.10
-// and T5.15).
+// and T5.15); and the two groups of them that tell its noise.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -131,6 +131,78 @@ TEST(Halves, CoverPixelLensAndShutterEvenly) {
       for (const auto& strata : {times, columns, rows, boxes}) EXPECT_EQ(strata.size(), 16u);
     }
   }
+}
+
+/// The root mean square of a picture's error over its mean, and what the film says of it: by its
+/// two halves, and as if samples were independent.
+struct Noise {
+  double error, by_groups, as_if_independent;
+};
+
+Noise noise_of(const CloudScene& s, const std::vector<double>& truth) {
+  const Film film = film_of(s);
+  double error = 0, light = 0, sum = 0;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const PixelSums& p = film.pixels[i];
+    const double d = mean(p).x - truth[i];
+    error += d * d, light += mean(p).x, sum += pvol::noise_of(p);
+  }
+  const double unit = std::sqrt(double(truth.size())) / light;
+  return {std::sqrt(error) * unit, relative_noise(film).value(), std::sqrt(sum) * unit};
+}
+
+TEST(Groups, TellTheNoiseOfStratifiedSamples) {
+  for (const View& v : views()) {
+    CloudScene s = v.scene;
+    s.options.samples = 1024, s.options.seed = 777;
+    std::vector<double> truth;
+    for (const PixelSums& p : film_of(s).pixels) truth.push_back(mean(p).x);
+    s.options.samples = 64, s.options.seed = 1;
+    const Noise noise = noise_of(s, truth);
+    // Groups are less even than all.
+    EXPECT_GT(noise.by_groups, 0.95 * noise.error) << v.name;
+    EXPECT_LT(noise.by_groups, 0.8 * noise.as_if_independent) << v.name;
+    s.options.aovs.add(Aov::halves);
+    const Noise of_independent_halves = noise_of(s, truth);
+    EXPECT_NEAR(of_independent_halves.by_groups / of_independent_halves.error, 1, 0.08) << v.name;
+  }
+}
+
+/// Noise of the paths, which nothing stratifies.
+TEST(Groups, TellTheNoiseOfIndependentSamples) {
+  CloudScene s = balls();
+  s.surfaces.clear();
+  s.medium.extinction = 0.1;
+  s.camera.position = {6, 6, 100}, s.camera.target = {6, 6, 0}, s.camera.fov = 5;
+  s.options.transmittance = Transmittance::analog;
+  for (const std::uint32_t samples : {16u, 100u}) {
+    s.options.samples = samples;
+    const Film film = film_of(s);
+    double groups = 0, independent = 0;
+    for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+      groups += luminance_variance(film, i), independent += pvol::noise_of(film.pixels[i]);
+    }
+    EXPECT_NEAR(groups / independent, 1, 0.15) << samples;  // four standard errors
+    EXPECT_NE(groups, independent);
+  }
+}
+
+/// Few samples or pixels leave one degree of freedom too many in doubt.
+TEST(Groups, AreNotAskedWhereTheyAreFew) {
+  CloudScene s = balls();
+  s.options.samples = 15;
+  const auto is_independent = [&] {
+    const Film film = film_of(s);
+    for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+      if (luminance_variance(film, i) != pvol::noise_of(film.pixels[i])) return false;
+    }
+    return true;
+  };
+  EXPECT_TRUE(is_independent());
+  s.options.samples = 16;
+  EXPECT_FALSE(is_independent());
+  s.options.crop_width = 10, s.options.crop_height = 9;
+  EXPECT_TRUE(is_independent());
 }
 
 }  // namespace halves_test

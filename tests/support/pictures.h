@@ -15,15 +15,16 @@ namespace pvol::test {
 
 [[nodiscard]] inline bool same_bytes(const PixelSums& a, const PixelSums& b) {
   const auto bits = [](const PixelSums& p) {
-    return std::array<std::uint64_t, 7>{std::bit_cast<std::uint64_t>(p.sum.x),
+    return std::array<std::uint64_t, 8>{std::bit_cast<std::uint64_t>(p.sum.x),
                                         std::bit_cast<std::uint64_t>(p.sum.y),
                                         std::bit_cast<std::uint64_t>(p.sum.z),
                                         std::bit_cast<std::uint64_t>(p.sum_squares.x),
                                         std::bit_cast<std::uint64_t>(p.sum_squares.y),
                                         std::bit_cast<std::uint64_t>(p.sum_squares.z),
-                                        std::bit_cast<std::uint64_t>(p.alpha)};
+                                        std::bit_cast<std::uint64_t>(p.alpha),
+                                        std::bit_cast<std::uint64_t>(p.group)};
   };
-  return bits(a) == bits(b) && a.samples == b.samples;
+  return bits(a) == bits(b) && a.samples == b.samples && a.group_samples == b.group_samples;
 }
 
 /// Whether all sums are the same to the last bit; counts may differ.

@@ -70,8 +70,9 @@ double expected_noise(const Film& film, double noise, double times) {
       double variance = 0, brightness = 0, count = 0;
       for (int j = y; j < std::min(y + kEdge, film.crop_height); ++j) {
         for (int i = x; i < std::min(x + kEdge, film.crop_width); ++i) {
-          const PixelSums& p = film.at(i, j);
-          variance += noise_of(p), brightness += luminance(mean(p)), ++count;
+          const std::size_t pixel = film.index(i, j);
+          variance += luminance_variance(film, pixel);
+          brightness += luminance(mean(film.pixels[pixel])), ++count;
         }
       }
       sum += variance / squared_unit_of_noise(brightness / count, light / pixels);

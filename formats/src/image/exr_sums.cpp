@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 constexpr const char* kRecord = "pvol:film";
 constexpr std::size_t kLongestRecord = 1 << 26;  // bytes; of some 300 000 pieces
 constexpr std::size_t kMostLayers = 1 << 12;
@@ -92,8 +92,10 @@ void check_piece(const FilmPiece& p, const Film& film) {
 /// As `to_json` made it; throws what nlohmann throws.
 SumsHeader from_json(const Json& j) {
   if (j.at("version").get<int>() != kVersion) {
-    throw Error(fmt::format("stores its sums in version {}; this program reads version {}",
-                            j.at("version").get<int>(), kVersion));
+    throw Error(
+        fmt::format("stores its sums in version {}; this program reads version {}; render the "
+                    "picture again, or go on with the pvol that wrote it",
+                    j.at("version").get<int>(), kVersion));
   }
   SumsHeader h;
   j.at("key").get_to(h.record.key);

@@ -128,7 +128,8 @@ bool is_possible(const ReproducibleSum<kSize>& sum, std::uint32_t terms) {
 
 bool is_possible(const PixelRecord& p) {
   const auto sums_ok = [&](const auto&... sums) { return (is_possible(sums, p.samples) && ...); };
-  return sums_ok(p.sums.light, p.sums.squares, p.sums.alpha) &&
+  return p.group_samples <= p.samples &&
+         sums_ok(p.sums.light, p.sums.squares, p.sums.alpha, p.sums.group) &&
          std::ranges::all_of(p.sums.layers,
                              [&](const auto& l) { return sums_ok(l.sum, l.weight); }) &&
          std::ranges::all_of(p.least, [](Vec3d v) { return is_finite(v); });
@@ -140,12 +141,16 @@ std::vector<Plane> planes_of(const std::vector<Layer>& layers, PlaneChoice choic
   std::vector<Plane> planes;
   planes.push_back({"samples", [](const PixelRecord& p) { return p.samples; },
                     [](PixelRecord& p, std::uint32_t n) { p.samples = n; }});
+  planes.push_back({"group_samples", [](const PixelRecord& p) { return p.group_samples; },
+                    [](PixelRecord& p, std::uint32_t n) { p.group_samples = n; }});
   add_sum(
       planes, "light", 3, [](auto& p) -> auto& { return p.sums.light; });
   add_sum(
       planes, "squares", 3, [](auto& p) -> auto& { return p.sums.squares; });
   add_sum(
       planes, "alpha", 1, [](auto& p) -> auto& { return p.sums.alpha; });
+  add_sum(
+      planes, "group", 1, [](auto& p) -> auto& { return p.sums.group; });
   for (std::size_t k = 0; k < layers.size(); ++k) add_layer(planes, k, layers[k]);
   if (choice.counts) add_counts(planes);
   if (choice.needs) add_share(planes);
@@ -159,7 +164,7 @@ PixelRecord empty_record(const std::vector<Layer>& layers) {
 }
 
 void load(const Film& film, std::size_t pixel, PixelRecord& to) {
-  to.samples = film.pixels[pixel].samples;
+  to.samples = film.pixels[pixel].samples, to.group_samples = film.pixels[pixel].group_samples;
   load_sums(film, pixel, to.sums);
   to.least.resize(film.layers.size());
   for (std::size_t k = 0; k < film.layers.size(); ++k) {
@@ -174,7 +179,7 @@ void store(const PixelRecord& from, std::size_t pixel, Film& film) {
     throw Error(fmt::format("pixel {} has sums that {} samples cannot have; the file is damaged",
                             pixel, from.samples));
   }
-  film.pixels[pixel].samples = from.samples;
+  film.pixels[pixel].samples = from.samples, film.pixels[pixel].group_samples = from.group_samples;
   make_room(from.samples, film);
   store_sums(from.sums, pixel, film);
   for (std::size_t k = 0; k < film.layers.size(); ++k) {

@@ -12,7 +12,7 @@ namespace pvol::formats::detail {
 
 /// What is kept of a pixel.
 struct PixelRecord {
-  std::uint32_t samples = 0;
+  std::uint32_t samples = 0, group_samples = 0;
   ExactSums sums{};
   std::vector<Vec3d> least{};  ///< of each layer; those that have sums leave it as it is
   PixelCounts counts{};

@@ -73,7 +73,9 @@ double mean_luminance(const Film& film) {
 
 double sample_variance(const Film& film) {
   double sum = 0;
-  for (const PixelSums& p : film.pixels) sum += noise_of(p) * p.samples;
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    sum += luminance_variance(film, i) * film.pixels[i].samples;
+  }
   return film.pixels.empty() ? 0 : sum / double(film.pixels.size());
 }
 

@@ -43,8 +43,8 @@ struct Estimate {
 /// Luminance (BT.709) averaged over the film's pixels.
 [[nodiscard]] double mean_luminance(const Film& film);
 
-/// Variance of one sample, its channels weighted as in luminance (`noise_of`), averaged over the
-/// film's pixels; 0 for fewer than two samples a pixel.
+/// Variance of one sample (`luminance_variance`, times samples), averaged over the film's pixels; 0
+/// for fewer than two samples a pixel.
 [[nodiscard]] double sample_variance(const Film& film);
 
 /// What a setting costs in three ways, each better when less.

@@ -45,7 +45,7 @@ inline constexpr std::array kAovs = std::to_array<AovRow>({
      "mean over the samples; 1 - alpha of the film, even where a background is visible"},
     {Aov::variance, "variance", "variance of the pixel's mean colour, by channel",
      "squares of radiance", "RGB",
-     "from sums of samples and of their squares; 0 for a single sample"},
+     "from sums of samples and of their squares, as if independent; 0 for a single sample"},
     {Aov::samples, "samples", "camera samples", "", "Y", "their number"},
     {Aov::lights, "lights",
      "light of the sky, of each sun or point light and of emission in separate layers, which sum "

@@ -21,6 +21,8 @@ struct PixelSums {
   Vec3d sum_squares;  ///< of radiance squared, by channel
   double alpha = 0;   ///< of 1 - transmittance
   std::uint32_t samples = 0;
+  std::uint32_t group_samples = 0;  ///< of one of two groups, whose means differ by their noise
+  double group = 0;                 ///< of luminance over that group (THEORY.md, T5.15)
 };
 
 /// What a film keeps of each pixel beside its own sums, such as the light of one source.
@@ -82,7 +84,8 @@ struct Film {
 /// A layer's value at a pixel. Without samples that count it is 0, of depths kNothingMet.
 [[nodiscard]] Vec3d value(const Layer& layer, const Film& film, std::size_t pixel);
 
-/// Unbiased estimate of the variance of that mean, by channel; 0 with fewer than two samples.
+/// Estimate of the variance of that mean, by channel, unbiased where samples are independent and
+/// too large where they are stratified; 0 with fewer than two samples.
 [[nodiscard]] inline Vec3d variance_of_mean(const PixelSums& p) {
   if (p.samples < 2) return {};
   const double n = p.samples;
@@ -91,6 +94,11 @@ struct Film {
 
 /// One number for the variance of that mean: its channels, weighted as in luminance.
 [[nodiscard]] inline double noise_of(const PixelSums& p) { return luminance(variance_of_mean(p)); }
+
+/// An estimate of the variance of a pixel's mean luminance, to be averaged over many pixels. With
+/// 16 samples or more it follows from their two groups: that knows their stratification, and has
+/// one degree of freedom. With fewer, and in films of few pixels, it is `noise_of`.
+[[nodiscard]] double luminance_variance(const Film& film, std::size_t pixel);
 
 /// The film's relative noise: the root mean square of its pixels' standard errors over its mean
 /// luminance; 0 without light, none where a pixel has fewer than two samples.

@@ -22,6 +22,7 @@ struct ExactSums {
 
   Sum3 light, squares;  ///< of radiance, and of its square by channel
   Sum1 alpha;           ///< of 1 - transmittance
+  Sum1 group;           ///< of luminance, over one group of them (PixelSums::group)
   /// As in Film::layers. All 0 for a layer of least values, which know no order anyway; the weights
   /// are 0 for a layer without weights.
   std::vector<OfLayer> layers{};
@@ -35,7 +36,7 @@ struct ExactSums {
 /// kMostPacked samples.
 struct PixelRemainders {
   Sum3::Remainder light, squares;
-  Sum1::Remainder alpha;
+  Sum1::Remainder alpha, group;
   friend bool operator==(const PixelRemainders&, const PixelRemainders&) = default;
 };
 

@@ -53,7 +53,7 @@ std::vector<float> relative_variances(const Film& film) {
       const double near =
           mean_around(film, brightness, x, y, Near::same_colour_with_itself, kReach);
       const double unit = squared_unit_of_noise(near, everywhere[colour_of(film, i)]);
-      const double variance = noise_of(film.pixels[i]) * film.pixels[i].samples;
+      const double variance = luminance_variance(film, i) * film.pixels[i].samples;
       all.push_back(unit > 0 ? float(variance / unit) : 0.0f);
     }
   }

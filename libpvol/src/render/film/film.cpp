@@ -23,6 +23,7 @@ class PixelAdder {
     load_sums(to, i, sums_);
     sums_.merge(more_);
     to.pixels[i].samples += from.pixels[j].samples;
+    to.pixels[i].group_samples += from.pixels[j].group_samples;
     make_room(to.pixels[i].samples, to);
     store_sums(sums_, i, to);
     for (std::size_t k = 0; k < to.layers.size(); ++k) {
@@ -85,11 +86,22 @@ Vec3d value(const Layer& layer, const Film& film, std::size_t pixel) {
   return layer.components == "Z" ? Vec3d(kNothingMet) : Vec3d{};
 }
 
+double luminance_variance(const Film& film, std::size_t pixel) {
+  constexpr std::uint32_t kLeastSamples = 8;  // fewer are far less even than all of them
+  constexpr std::size_t kLeastPixels = 100;   // the film's noise to 7 %
+  const PixelSums& p = film.pixels[pixel];
+  const double n = p.samples, a = p.group_samples, b = n - a;
+  if (film.pixels.size() < kLeastPixels || std::min(a, b) < kLeastSamples) return noise_of(p);
+  if (noise_of(p) == 0) return 0;  // whatever sums were rounded to
+  const double difference = p.group / a - (luminance(p.sum) - p.group) / b;
+  return difference * difference * (a / n) * (b / n);
+}
+
 std::optional<double> relative_noise(const Film& film) {
   const std::optional<double> light = total_luminance(film);
   if (!light || !(*light > 0)) return light;
   double noise = 0;
-  for (const PixelSums& p : film.pixels) noise += noise_of(p);
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) noise += luminance_variance(film, i);
   return std::sqrt(noise * double(film.pixels.size())) / *light;
 }
 
@@ -98,14 +110,16 @@ std::optional<double> pixel_noise(const Film& film) {
   if (!light || !(*light > 0)) return light;
   const double pixels = double(film.pixels.size());
   double sum = 0;
-  for (const PixelSums& p : film.pixels) {
-    sum += noise_of(p) / squared_unit_of_noise(double(luminance(Rgb(mean(p)))), *light / pixels);
+  for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+    const double brightness = luminance(Rgb(mean(film.pixels[i])));
+    sum += luminance_variance(film, i) / squared_unit_of_noise(brightness, *light / pixels);
   }
   return std::sqrt(sum / pixels);
 }
 
 void ExactSums::merge(const ExactSums& other) {
   light.merge(other.light), squares.merge(other.squares), alpha.merge(other.alpha);
+  group.merge(other.group);
   for (std::size_t k = 0; k < layers.size(); ++k) {
     layers[k].sum.merge(other.layers[k].sum), layers[k].weight.merge(other.layers[k].weight);
   }
@@ -135,7 +149,7 @@ void load_sums(const Film& film, std::size_t pixel, ExactSums& sums) {
   const PixelSums& p = film.pixels[pixel];
   const PixelRemainders& r = film.remainders.pixels[pixel];
   sums.light = restored(p.sum, r.light), sums.squares = restored(p.sum_squares, r.squares);
-  sums.alpha = restored(p.alpha, r.alpha);
+  sums.alpha = restored(p.alpha, r.alpha), sums.group = restored(p.group, r.group);
   sums.layers.resize(film.layers.size());
   for (std::size_t k = 0; k < film.layers.size(); ++k) {
     const LayerRemainders& of = film.remainders.layers[k];
@@ -149,7 +163,8 @@ void load_sums(const Film& film, std::size_t pixel, ExactSums& sums) {
 
 void store_sums(const ExactSums& sums, std::size_t pixel, Film& film) {
   PixelSums& p = film.pixels[pixel];
-  p.sum = value(sums.light), p.sum_squares = value(sums.squares), p.alpha = value(sums.alpha);
+  p.sum = value(sums.light), p.sum_squares = value(sums.squares);
+  p.alpha = value(sums.alpha), p.group = value(sums.group);
   for (std::size_t k = 0; k < film.layers.size(); ++k) {
     Layer& layer = film.layers[k];
     if (layer.least) continue;
@@ -161,7 +176,7 @@ void store_sums(const ExactSums& sums, std::size_t pixel, Film& film) {
     return;
   }
   film.remainders.pixels[pixel] = {sums.light.remainder(), sums.squares.remainder(),
-                                   sums.alpha.remainder()};
+                                   sums.alpha.remainder(), sums.group.remainder()};
   for (std::size_t k = 0; k < film.layers.size(); ++k) {
     LayerRemainders& to = film.remainders.layers[k];
     if (!to.sums.empty()) to.sums[pixel] = sums.layers[k].sum.remainder();
@@ -245,7 +260,7 @@ void add_samples(Film& to, const Film& from) {
     PixelSums& p = to.pixels[i];
     const PixelSums& q = from.pixels[i];
     p.sum += q.sum, p.sum_squares += q.sum_squares, p.alpha += q.alpha;
-    p.samples += q.samples;
+    p.samples += q.samples, p.group += q.group, p.group_samples += q.group_samples;
   }
   for (std::size_t k = 0; k < to.layers.size(); ++k) add(to.layers[k], from.layers[k]);
 }

@@ -1,6 +1,8 @@
 // Rays of the camera: those of samples, and a coarse grid of them for estimates.
 #pragma once
 
+#include <bit>
+
 #include "math/philox.h"
 #include "pvol/render/options.h"
 #include "render/path/path_setup.h"
@@ -41,6 +43,14 @@ struct PixelSample {
 [[nodiscard]] inline std::uint32_t number_in_sequence(const PathSetup& s,
                                                       const PixelSample& sample) {
   return s.halves ? sample.number / 2 : sample.number;
+}
+
+/// Whether a sample is of the group that the film also sums by itself (PixelSums::group). The
+/// groups are the halves above, or made of runs of samples in turn, each as long as all before it:
+/// whatever their number, most of either group are a run, which covers the pixel evenly.
+[[nodiscard]] inline bool is_in_group(const PathSetup& s, const PixelSample& sample) {
+  constexpr std::uint32_t kFirst = 7;  // the first run is 0 to 7
+  return s.halves ? sample.number % 2 == 0 : std::bit_width(sample.number | kFirst) % 2 == 0;
 }
 
 /// Points of a square, which the samples of a sequence cover evenly; random numbers of paths are

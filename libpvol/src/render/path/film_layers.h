@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "render/path/camera_rays.h"
 #include "render/path/path_result.h"
 
 namespace pvol::detail {
@@ -26,6 +27,13 @@ namespace pvol::detail {
 /// Makes room for the counts of a film's pixels, if there is none.
 inline void keep_counts(Film& film) { film.counts.resize(film.pixels.size()); }
 
+/// The sample that a pixel is given next.
+[[nodiscard]] inline PixelSample next_sample(const Film& film, std::size_t pixel) {
+  const auto width = std::size_t(film.crop_width);
+  return {film.x + int(pixel % width), film.y + int(pixel / width),
+          film.first_sample + film.pixels[pixel].samples};
+}
+
 /// Adds a sample that met something to the film's bins, at its depth along the axis of the camera
 /// as that stands at the sample's time.
 void add_to_deep(const PathSetup& setup, const PathResult& r, std::size_t pixel, Film& film);
@@ -40,16 +48,17 @@ struct PixelRows {
   static constexpr std::size_t kMost = 32;
   using Row = std::array<double, kMost>;
 
-  std::size_t n = 0;
+  std::size_t n = 0, n_of_group = 0;
   std::array<Row, 3> light, squares;
-  Row alpha;
+  Row alpha, group;  // of which only its samples have a place in their row
 
-  void add(const PathResult& r) {
+  void add(const PathResult& r, bool in_group) {
     for (std::size_t c = 0; c < 3; ++c) {
       const auto v = double(r.radiance[int(c)]);
       light[c][n] = v, squares[c][n] = v * v;
     }
     alpha[n++] = double(r.alpha);
+    if (in_group) group[n_of_group++] = luminance(Vec3d(r.radiance));
   }
 };
 
@@ -61,7 +70,8 @@ inline void add_rows(PixelRows& rows, ExactSums& to) {
   to.light.add(of(rows.light), rows.n);
   to.squares.add(of(rows.squares), rows.n);
   to.alpha.add({rows.alpha.data()}, rows.n);
-  rows.n = 0;
+  to.group.add({rows.group.data()}, rows.n_of_group);
+  rows.n = rows.n_of_group = 0;
 }
 
 /// Adds what a film has beside the sums of its pixels: layers and bins of depth.

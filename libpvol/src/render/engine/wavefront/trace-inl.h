@@ -246,7 +246,9 @@ inline std::uint32_t add_pixel(const PathSetup& s, WavefrontMemory& m, int x, in
     const PathResult& r = m.slots.result(slot);
     require_finite(r, film.x + x, film.y + y);
     add_aside(s, r, pixel, m.sums, film);
-    m.rows.add(r);
+    const bool in_group = is_in_group(s, next_sample(film, pixel));
+    film.pixels[pixel].group_samples += std::uint32_t(in_group);
+    m.rows.add(r, in_group);
     if (m.rows.n == PixelRows::kMost) add_rows(m.rows, m.sums);
     for (std::size_t c = 0; c < kPixelCounts.size() && counts; ++c) {
       film.counts[pixel][c] += m.slots.counts[slot][c];
@@ -261,7 +263,7 @@ inline std::uint32_t add_pixel(const PathSetup& s, WavefrontMemory& m, int x, in
 HWY_NOINLINE void finish(const PathSetup& s, WavefrontMemory& m, const ImagePart& tile,
                          const SampleTargets& targets, Film& film) {
   std::uint32_t slot = 0;
-  m.rows.n = 0;
+  m.rows.n = m.rows.n_of_group = 0;
   for (int y = tile.y; y != tile.y + tile.height; ++y) {
     for (int x = tile.x; x != tile.x + tile.width; ++x) {
       slot = add_pixel(s, m, x, y, slot, targets.of(film.index(x, y)), film);
