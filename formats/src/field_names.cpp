@@ -86,6 +86,7 @@ std::vector<std::string> bind_fields(SceneVolume& v, std::span<const GridEntry> 
     v.fire.emplace();
     notes.push_back("it burns (--grid density shows the smoke alone)");
   }
+  if (v.grid == kNoGrid && !v.fire) v.fire.emplace().kelvin = 1;
   if (!v.fire) return notes;
   Fire& fire = *v.fire;
   if (v.shows_fire && !fire.colored()) fire.kelvin = 1;

@@ -92,6 +92,8 @@ TEST_F(FireFiles, WithoutDensityIsAFireByNight) {
   const Vec3d mean = mean_of("a.exr");
   EXPECT_GT(mean.x, 0.001);
   EXPECT_GT(mean.x, 2 * mean.z) << "of the colour of flames";
+  render("fire.vdb", "none.exr", {"--grid", "none"});
+  EXPECT_EQ(mean_of("none.exr"), mean) << "the same, said";
   // What the log advises changes the fire, and not the night around it.
   render("fire.vdb", "other.exr", {"--set", "medium.fire.intensity=1e-9"});
   EXPECT_LT(mean_of("other.exr").z, 1e-3 * mean.z);

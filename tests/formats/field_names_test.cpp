@@ -127,6 +127,21 @@ TEST(FieldNames, AFileWithoutDensityBecomesAFire) {
   EXPECT_EQ(notes.size(), 3u);
 }
 
+TEST(FieldNames, AVolumeOfNoGridIsAFire) {
+  SceneVolume v{.file = "fire.vdb", .grid = kNoGrid};
+  EXPECT_EQ(bind_fields(v, grids({"density", "flames"})).size(), 2u);
+  ASSERT_TRUE(v.fire);
+  EXPECT_EQ(v.fire->field, "flames");
+  EXPECT_TRUE(v.fire->kelvin);
+  SceneVolume smoke{.file = "fire.vdb", .grid = kNoGrid};
+  try {
+    (void)bind_fields(smoke, grids({"density", "v"}));
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_TRUE(says(e.what(), "grids.no_grid_called_flames")) << e.what();
+  }
+}
+
 TEST(FieldNames, WhatTheSceneSaysStays) {
   SceneVolume smoke{.file = "fire.vdb"};
   EXPECT_TRUE(bind_fields(smoke, grids({"density", "flames"})).empty());

@@ -269,12 +269,13 @@ TEST(FreeRadii, BringTheLightOfFlightsOneByOne) {
   EXPECT_TRUE(family.passes());
 }
 
-/// A dense cloud in a thin absorbing one: of the long ways of its light that takes a part which
-/// collisions in the thin one alone find.
-TEST(FreeRadii, FindCollisionsInThinVolumes) {
-  proof::Family family;
-  proof::Moments all;
-  std::uint64_t seed = 300;
+/// A dense cloud in two thin absorbing ones.
+struct InThinSmoke {
+  CloudScene scene;
+  std::vector<Volume> volumes;
+};
+
+InThinSmoke in_thin_smoke() {
   CloudScene s = cloud_scene();
   s.environment = ConstantSky{Rgb(0.4f)};
   s.medium.extinction = 12;
@@ -293,8 +294,17 @@ TEST(FreeRadii, FindCollisionsInThinVolumes) {
   other.medium.albedo = Rgb(0.8f, 0.0f, 0.3f);
   VolumeOptions large = other.volume_options();
   large.instances = {translation({0, -9, 3}) * scaling(Vec3d(1.5))};
-  const Volume volumes[] = {make(s, s.volume_options()), make(thin, turned), make(other, large)};
-  const auto add = [&](const std::string& name, CloudScene scene) {
+  return {s, {make(s, s.volume_options()), make(thin, turned), make(other, large)}};
+}
+
+/// Of the long ways of the dense cloud's light the thin ones take a part which collisions in them
+/// alone find.
+TEST(FreeRadii, FindCollisionsInThinVolumes) {
+  proof::Family family;
+  proof::Moments all;
+  std::uint64_t seed = 300;
+  auto [s, volumes] = in_thin_smoke();
+  const auto add = [&, &volumes = volumes](const std::string& name, CloudScene scene) {
     const detail::PathSetup setup(plan(volumes, scene.scene()));
     EXPECT_TRUE(setup.free_radii.known(0)) << name;
     EXPECT_EQ(setup.free_radii.of(0).thin_ones, 2u) << name;
@@ -308,7 +318,7 @@ TEST(FreeRadii, FindCollisionsInThinVolumes) {
     const Film scalar = picture(KernelKind::scalar, volumes);
     compare(lanes, scalar, name, family);
     all.add(compare(average(lanes), average(scalar), name + ", again", family));
-    const Film alone = picture(KernelKind::automatic, std::span(volumes, 1));
+    const Film alone = picture(KernelKind::automatic, {volumes.data(), 1});
     EXPECT_LT(average(lanes).mean.z, 0.9 * average(alone).mean.z) << name;
   };
   s.options.guide = GuideUse::off;
@@ -322,6 +332,26 @@ TEST(FreeRadii, FindCollisionsInThinVolumes) {
   add("in thin smoke on a floor, shadow rays with weights", s);
   add_all_together(all, family);
   EXPECT_TRUE(family.passes());
+}
+
+/// Counts are of the picture's samples alone, not of the photons that lead them, and change none.
+TEST(FreeRadii, CountWhatThinVolumesTake) {
+  auto [s, volumes] = in_thin_smoke();
+  s.options.samples = 8;
+  for (const GuideUse guide : {GuideUse::off, GuideUse::on}) {
+    s.options.guide = guide;
+    s.options.count = false;
+    const RenderResult plain = render(volumes, s);
+    s.options.count = true;
+    const RenderResult counted = render(volumes, s);
+    EXPECT_TRUE(same_bytes(plain.film, counted.film));
+    std::uint64_t look_ups = 0;
+    for (std::size_t i = 0; i < counted.film.pixels.size(); ++i) {
+      look_ups += counted.film.count(i, PixelCounter::lookups);
+    }
+    EXPECT_GT(look_ups, 0u);
+    EXPECT_EQ(look_ups, counted.counts.path.lookups + counted.counts.shadow.lookups);
+  }
 }
 
 }  // namespace free_radii_test

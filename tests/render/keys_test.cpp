@@ -50,6 +50,7 @@ TEST(Limits, OfListsSayWhichItemIsToBlame) {
   EXPECT_TRUE(says(refusal(colour, 2.0), "limits.number_to_one"));
   EXPECT_TRUE(says(refusal(colour, Value::List{0.0, 1.0, 1.5}), "limits.number_of_three"));
   EXPECT_TRUE(says(refusal(colour, Value::List{0.0, 1.0}), "limits.number_or_three"));
+  EXPECT_TRUE(says(refusal(colour, "red"), "limits.number_or_three"));
   EXPECT_TRUE(says(refusal(number().times({12, 16}), Value::List{}), "limits.array_numbers"));
   const Limits rows = number().times(2).in_rows();
   EXPECT_EQ(refusal(rows, Value::List{1.0, 2.0}), "");

@@ -30,19 +30,22 @@ std::optional<std::array<std::string, 2>> parse_view(const std::string& view) {
 }
 
 Check is_view(const Entries& camera) {
-  return {[azimuth = fits(find_key(camera, "azimuth")->about.limits),
-           elevation = fits(find_key(camera, "elevation")->about.limits)](const std::string& text) {
-            const auto view = parse_view(text);
-            if (!view) {
-              return fmt::format(
-                  "found '{}', expected front, right, side, back, left, top, bottom, or degrees "
-                  "about up and above, such as 45,20",
-                  text);
-            }
-            const std::string fault = azimuth.fault((*view)[0]);
-            return fault.empty() ? elevation.fault((*view)[1]) : fault;
-          },
-          "front right side back left top bottom"};
+  const auto degrees = [&](const char* key) {
+    return fits(find_key(camera, key)->about.limits.or_word(""));
+  };
+  return {
+      [azimuth = degrees("azimuth"), elevation = degrees("elevation")](const std::string& text) {
+        const auto view = parse_view(text);
+        if (!view) {
+          return fmt::format(
+              "found '{}', expected front, right, side, back, left, top, bottom, or degrees "
+              "about up and above, such as 45,20",
+              text);
+        }
+        const std::string fault = azimuth.fault((*view)[0]);
+        return fault.empty() ? elevation.fault((*view)[1]) : fault;
+      },
+      "front right side back left top bottom"};
 }
 
 }  // namespace

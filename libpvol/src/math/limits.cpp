@@ -121,7 +121,8 @@ std::optional<Refusal> refuse_shape(const Limits& l, const Value& v) {
     case Layout::one:
       break;
   }
-  return is_one(l, v) ? std::nullopt : std::optional(Refusal{one_text(l)});
+  if (is_one(l, v)) return std::nullopt;
+  return Refusal{v.number() ? one_text(l) : expected(l)};
 }
 
 /// A whole number, a number, or the text itself.

@@ -32,10 +32,10 @@ namespace pvol::formats {
 
 /// Chooses a volume's grids, as far as the scene leaves them open, by the names that Houdini,
 /// EmberGen, Blender and Bifrost write, in capitals or not. A file with flames or heat and no
-/// density becomes a fire alone, of the colour of black bodies where the scene does not describe
-/// it; so does the fire of a volume that shows fires (shows_fire), beside its smoke. Returns what
-/// was bound, in whole sentences for the user; nothing where the scene names all. Throws Error that
-/// lists the grids where a fire lacks one.
+/// density, and a volume whose grid is kNoGrid, becomes a fire alone, of the colour of black bodies
+/// where the scene does not describe it; so does the fire of a volume that shows fires (shows_fire),
+/// beside its smoke. Returns what was bound, in whole sentences for the user; nothing where the
+/// scene names all. Throws Error that lists the grids where a fire lacks one.
 [[nodiscard]] std::vector<std::string> bind_fields(SceneVolume& volume,
                                                    std::span<const GridEntry> grids);
 

@@ -86,7 +86,8 @@ inline void put_within(const World& w, RayKind kind, const Waiting& of, Vec3d pl
 /// A ray within an instance has come to a tentative collision in one of the thin volumes around it,
 /// at a place in the instance's cells: it collides there, or goes on.
 template <class ComponentKind>
-void meet_thin(const World& w, RayKind kind, const Waiting& of, Vec3d place) {
+void meet_thin(const World& w, const WavefrontScene& s, RayKind kind, const Waiting& of,
+               Vec3d place) {
   const FreeRadii& radii = w.setup.free_radii;
   const FreeRadii::Grid& grid = radii.of(instance_within(of.q.bits(kRay)[of.at]));
   Rng rng = of.stream(kThinCollision);
@@ -97,12 +98,12 @@ void meet_thin(const World& w, RayKind kind, const Waiting& of, Vec3d place) {
   const Vec3d cells = other.world_to_cells.point(grid.to_world.point(place));
   const float extinction = extinction_in_cells(volume, cells, of.q[kTime][of.at]);
   Tally& tally = kind == RayKind::shadow ? w.m.counts.shadow : w.m.counts.path;
-  tally.lookup();
-  if (w.setup.count) {
+  if (s.count) {  // photons have no slots
+    tally.lookup();
     ++w.m.slots.counts[slot_of(of.q.bits(kId)[of.at])][std::size_t(PixelCounter::lookups)];
   }
   if (!(v * thin.majorant < extinction)) {
-    tally.null_collision();
+    if (s.count) tally.null_collision();
     return put_within(w, kind, of, place, rng);
   }
   if (kind == RayKind::shadow) return;
@@ -121,7 +122,7 @@ template <class ComponentKind>
 void enter_world(const World& w, const WavefrontScene& s, RayKind kind, const Waiting& of) {
   const EndWithin end = end_within(w, s.volume.volume.density.octree.support(), of.q, of.at);
   if (!end.left && (of.q.bits(kRay)[of.at] & kMeetsThin) != 0) {
-    return meet_thin<ComponentKind>(w, kind, of, end.place);
+    return meet_thin<ComponentKind>(w, s, kind, of, end.place);
   }
   const bool lines = s.lines && kind != RayKind::shadow;
   const std::uint32_t number = w.m.rays.add();
