@@ -80,7 +80,6 @@ std::vector<std::string> bind_fields(SceneVolume& v, std::span<const GridEntry> 
   std::vector<std::string> notes;
   if (v.grid.empty() && lacks_density(grids) && (v.fire || !first_of(kFireNames, grids).empty())) {
     v.grid = kNoGrid;
-    if (!v.fire) v.fire.emplace().kelvin = 1;
     notes.push_back(only_a_fire(grids));
   } else if (v.grid.empty() && v.shows_fire && !v.fire && has_flames(grids)) {
     v.fire.emplace();

@@ -10,13 +10,13 @@ with a picture or an error that says why, or differs from the first by more than
 with a probability below 1e-6); then what was refused, and how often. Fails where there was such a line.
 """
 import collections
-import json
 import random
 import re
 import subprocess
 import sys
 
 from random_scenes import study_parser, study_scenes
+from reports import image_report
 
 ALARM = 1e-6
 WATCHDOG = 1800  # seconds, of which a picture needs a few
@@ -97,11 +97,7 @@ def study(number, file, folder, args):
     status, text = render(args, file, folder / "1.exr", 1, same)
     if status != 0:
         return result | {"fault": f"without the second options: status {status}: {text[-300:]}"}
-    compared = subprocess.run([args.tools / "pvol-stats", "image", folder / "2.exr", folder / "1.exr",
-                               "--json"], capture_output=True, text=True)
-    if compared.returncode:
-        return result | {"fault": compared.stderr}
-    p = json.loads(compared.stdout)["verdict"]["p_value"]
+    p = image_report(args.tools, folder / "2.exr", folder / "1.exr")["p"]
     return result | ({"p": p} if p >= ALARM else {"p": p, "fault": f"the pictures differ: p = {p:.2g}"})
 
 

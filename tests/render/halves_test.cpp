@@ -62,8 +62,8 @@ Pictures every_other_sample_of(CloudScene s) {
   return pictures;
 }
 
-std::vector<double> truth_of(CloudScene s) {
-  s.options.samples = 256, s.options.seed = 777;
+std::vector<double> truth_of(CloudScene s, std::uint32_t samples = 256) {
+  s.options.samples = samples, s.options.seed = 777;
   std::vector<double> truth;
   for (const PixelSums& p : film_of(s).pixels) truth.push_back(mean(p).x);
   return truth;
@@ -133,8 +133,8 @@ TEST(Halves, CoverPixelLensAndShutterEvenly) {
   }
 }
 
-/// The root mean square of a picture's error over its mean, and what the film says of it: by its
-/// two halves, and as if samples were independent.
+/// The root mean square of a picture's error over its mean, and what the film says of it: by groups
+/// of its samples, and as if they were independent.
 struct Noise {
   double error, by_groups, as_if_independent;
 };
@@ -153,11 +153,9 @@ Noise noise_of(const CloudScene& s, const std::vector<double>& truth) {
 
 TEST(Groups, TellTheNoiseOfStratifiedSamples) {
   for (const View& v : views()) {
+    const std::vector<double> truth = truth_of(v.scene, 1024);
     CloudScene s = v.scene;
-    s.options.samples = 1024, s.options.seed = 777;
-    std::vector<double> truth;
-    for (const PixelSums& p : film_of(s).pixels) truth.push_back(mean(p).x);
-    s.options.samples = 64, s.options.seed = 1;
+    s.options.samples = 64;
     const Noise noise = noise_of(s, truth);
     // Groups are less even than all.
     EXPECT_GT(noise.by_groups, 0.95 * noise.error) << v.name;

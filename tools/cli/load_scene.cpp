@@ -199,7 +199,7 @@ void show_fire(const std::vector<std::string>& sets, formats::SceneFile& scene) 
   const auto sets_any = [&](std::string_view section) {
     return std::ranges::any_of(sets, [&](const auto& s) { return s.starts_with(section); });
   };
-  if (!v.grid.empty() && v.grid != formats::kNoGrid) return;
+  if (v.names_density()) return;
   if (!std::filesystem::exists(v.file)) return;  // it is missed where it is loaded
   const std::vector<formats::GridEntry> grids = formats::grids_of(v.file);
   const bool smokes = v.grid.empty() && !formats::lacks_density(grids);
@@ -301,8 +301,7 @@ formats::Cloud load_cloud(const Loader& by, const std::filesystem::path& file,
 formats::Cloud load_cloud(const Loader& by, formats::SceneVolume& volume, bool strict,
                           const formats::SceneFile& scene) {
   const RenderOptions& o = scene.scene.options;
-  const bool is_open = volume.fire || volume.grid.empty() || volume.grid == formats::kNoGrid;
-  const bool undescribed = is_open && bind_grids(by, volume);
+  const bool undescribed = (volume.fire || !volume.names_density()) && bind_grids(by, volume);
   formats::Cloud cloud = load_cloud(by, volume.file, {volume.grid, strict}, o.look_up);
   if (scene.density) formats::quantise(cloud, *scene.density, volume.file);
   formats::coarsen(cloud, o.preview, volume.file);

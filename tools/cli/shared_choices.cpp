@@ -21,8 +21,7 @@ namespace {
 /// With the fields of its file where the scene names none and something may be open by them; a file
 /// that cannot be read fails later, with its frame.
 formats::SceneVolume with_fields(formats::SceneVolume v) {
-  const bool names_density = !v.grid.empty() && v.grid != formats::kNoGrid;
-  if (names_density || (v.fire && v.has_extinction)) return v;
+  if (v.names_density() || (v.fire && v.has_extinction)) return v;
   try {
     (void)formats::bind_fields(v, formats::grids_of(v.file));
   } catch (const Error&) {

@@ -70,6 +70,7 @@ struct SceneVolume {
   /// The same of each of the instances; fewer: those behind stand still.
   std::vector<std::optional<MovingPlacement>> moving_instances{};
 
+  [[nodiscard]] bool names_density() const { return !grid.empty() && grid != kNoGrid; }
   /// Where it is first: after the grid's own map.
   [[nodiscard]] Affine first_place() const {
     return instances.empty() ? object_to_world : instances.front() * object_to_world;

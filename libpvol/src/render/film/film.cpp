@@ -91,8 +91,10 @@ double luminance_variance(const Film& film, std::size_t pixel) {
   constexpr std::size_t kLeastPixels = 100;   // the film's noise to 7 %
   const PixelSums& p = film.pixels[pixel];
   const double n = p.samples, a = p.group_samples, b = n - a;
-  if (film.pixels.size() < kLeastPixels || std::min(a, b) < kLeastSamples) return noise_of(p);
-  if (noise_of(p) == 0) return 0;  // whatever sums were rounded to
+  const double as_if_independent = noise_of(p);
+  // Where that is 0, sums may have been rounded.
+  const bool are_few = film.pixels.size() < kLeastPixels || std::min(a, b) < kLeastSamples;
+  if (are_few || as_if_independent == 0) return as_if_independent;
   const double difference = p.group / a - (luminance(p.sum) - p.group) / b;
   return difference * difference * (a / n) * (b / n);
 }

@@ -45,12 +45,13 @@ struct PixelSample {
   return s.halves ? sample.number / 2 : sample.number;
 }
 
-/// Whether a sample is of the group that the film also sums by itself (PixelSums::group). The
-/// groups are the halves above, or made of runs of samples in turn, each as long as all before it:
-/// whatever their number, most of either group are a run, which covers the pixel evenly.
-[[nodiscard]] inline bool is_in_group(const PathSetup& s, const PixelSample& sample) {
+/// Whether the sample of a number is of the group that the film also sums by itself
+/// (PixelSums::group). The groups are the halves above, or made of runs of samples in turn, each as
+/// long as all before it: whatever their number, most of either group are a run, which covers the
+/// pixel evenly.
+[[nodiscard]] inline bool is_in_group(const PathSetup& s, std::uint32_t number) {
   constexpr std::uint32_t kFirst = 7;  // the first run is 0 to 7
-  return s.halves ? sample.number % 2 == 0 : std::bit_width(sample.number | kFirst) % 2 == 0;
+  return s.halves ? number % 2 == 0 : std::bit_width(number | kFirst) % 2 == 0;
 }
 
 /// Points of a square, which the samples of a sequence cover evenly; random numbers of paths are

@@ -219,6 +219,17 @@ Film make_film(const PathSetup& setup) {
   return film;
 }
 
+namespace {
+
+/// The sample that a pixel is given next.
+PixelSample next_sample(const Film& film, std::size_t pixel) {
+  const auto width = std::size_t(film.crop_width);
+  return {film.x + int(pixel % width), film.y + int(pixel / width),
+          film.first_sample + film.pixels[pixel].samples};
+}
+
+}  // namespace
+
 void add_to_deep(const PathSetup& s, const PathResult& r, std::size_t pixel, Film& film) {
   Vec3d place = r.first.place;
   if (s.view.motion) {

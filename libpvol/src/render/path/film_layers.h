@@ -3,7 +3,6 @@
 
 #include <array>
 
-#include "render/path/camera_rays.h"
 #include "render/path/path_result.h"
 
 namespace pvol::detail {
@@ -26,13 +25,6 @@ namespace pvol::detail {
 
 /// Makes room for the counts of a film's pixels, if there is none.
 inline void keep_counts(Film& film) { film.counts.resize(film.pixels.size()); }
-
-/// The sample that a pixel is given next.
-[[nodiscard]] inline PixelSample next_sample(const Film& film, std::size_t pixel) {
-  const auto width = std::size_t(film.crop_width);
-  return {film.x + int(pixel % width), film.y + int(pixel / width),
-          film.first_sample + film.pixels[pixel].samples};
-}
 
 /// Adds a sample that met something to the film's bins, at its depth along the axis of the camera
 /// as that stands at the sample's time.

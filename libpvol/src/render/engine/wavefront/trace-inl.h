@@ -246,7 +246,7 @@ inline std::uint32_t add_pixel(const PathSetup& s, WavefrontMemory& m, int x, in
     const PathResult& r = m.slots.result(slot);
     require_finite(r, film.x + x, film.y + y);
     add_aside(s, r, pixel, m.sums, film);
-    const bool in_group = is_in_group(s, next_sample(film, pixel));
+    const bool in_group = is_in_group(s, film.first_sample + samples);
     film.pixels[pixel].group_samples += std::uint32_t(in_group);
     m.rows.add(r, in_group);
     if (m.rows.n == PixelRows::kMost) add_rows(m.rows, m.sums);
