@@ -90,6 +90,22 @@ TEST(LightWeights, AreWhatLightsBringToTheSameBitsInEveryKernel) {
   }
 }
 
+TEST(LightWeights, AreMultipliedByFactorsOfTheirNumbers) {
+  constexpr std::size_t kGroup = LightGroups::kGroup;
+  std::vector<float> factors;
+  std::vector<std::uint32_t> numbers;
+  for (std::size_t k = 0; k < 100; ++k) factors.push_back(0.5f + float(k));
+  for (std::size_t k = 0; k < kGroup; ++k) numbers.push_back(std::uint32_t(37 * k % 100));
+  for (const LightKernel& kernel : detail::light_kernels()) {
+    float weights[kGroup];
+    for (std::size_t k = 0; k < kGroup; ++k) weights[k] = float(k % 5);
+    kernel.multiply(factors.data(), numbers.data(), weights);
+    for (std::size_t k = 0; k < kGroup; ++k) {
+      EXPECT_EQ(weights[k], float(k % 5) * factors[numbers[k]]);
+    }
+  }
+}
+
 TEST(LightWeights, TellWhatIsNear) {
   LightGroups g;
   g.add_group();
@@ -180,11 +196,12 @@ void expect_sum(std::span<const Light> of, const Where& at, proof::Family& famil
     parts.push_back(brings(lights[i], at) * (0.2 + double(i * 7 % 10)));
     expected += parts.back();
   }
-  const auto importance = [](std::size_t i) { return i % 2 == 1 ? 7.0f : 1.0f; };
+  std::vector<float> importances;
+  for (std::size_t i = 0; i < lights.size(); ++i) importances.push_back(i % 2 == 1 ? 7.0f : 1.0f);
   proof::Moments sums;
   for (int n = 0; n < proof::samples(100'000); ++n) {
     double sum = 0;
-    many.draw(at, 4, importance, cut, rng,
+    many.draw(at, 4, importances.data(), cut, rng,
               [&](std::size_t i, float times) { sum += parts[i] * double(times); });
     sums.add(sum);
   }
@@ -233,9 +250,7 @@ TEST(ManyLights, ThatDoNotShineEvenlyAddUpWithinTheirCones) {
     LightCut cut;
     Rng rng(8, 0, 0);
     for (const Vec3d dark : {Vec3d(0, 40, 0), Vec3d(0.3, 2, 0.2), Vec3d(90, 20, 0)}) {
-      many.draw(
-          AtPlace{dark}, 4, [](std::size_t) { return 1.0f; }, cut, rng,
-          [](std::size_t, float) { ADD_FAILURE(); });
+      many.draw(AtPlace{dark}, 4, nullptr, cut, rng, [](std::size_t, float) { ADD_FAILURE(); });
     }
   }
   EXPECT_TRUE(family.passes());
@@ -255,9 +270,8 @@ TEST(ManyLights, BesideALargeRectangleAreNotForgotten) {
   for (const LightSource& light : sources) all += brings(light, at);
   for (int k = 0; k < 20'000; ++k) {
     double sum = 0;
-    many.draw(
-        at, 4, [](std::size_t) { return 1.0f; }, cut, rng,
-        [&](std::size_t i, float times) { sum += brings(sources[i], at) * double(times); });
+    many.draw(at, 4, nullptr, cut, rng,
+              [&](std::size_t i, float times) { sum += brings(sources[i], at) * double(times); });
     sums.add(sum);
   }
   EXPECT_NEAR(sums.mean(), all, 0.02 * all);
@@ -276,12 +290,10 @@ TEST(ManyLights, BringAboutTheSameWhicheverAreDrawn) {
     proof::Moments sums;
     for (int k = 0; k < 200; ++k) {
       double sum = 0;
-      many.draw(
-          at, 4, [](std::size_t) { return 1.0f; }, cut, rng,
-          [&](std::size_t i, float times) {
-            const auto bring = [&](const auto& l) { return l.irradiance_on({at.place, at.place}); };
-            sum += double(luminance(std::visit(bring, lights[i])) * times);
-          });
+      many.draw(at, 4, nullptr, cut, rng, [&](std::size_t i, float times) {
+        const auto bring = [&](const auto& l) { return l.irradiance_on({at.place, at.place}); };
+        sum += double(luminance(std::visit(bring, lights[i])) * times);
+      });
       sums.add(sum);
     }
     EXPECT_LT(std::sqrt(sums.variance()), 0.1 * sums.mean());
@@ -297,8 +309,7 @@ TEST(ManyLights, AreLookedIntoWhereTheyAreNear) {
   LightCut cut;
   Rng rng(5, 0, 0);
   const auto groups = [&](const auto& at) {
-    many.draw(
-        at, 2, [](std::size_t) { return 1.0f; }, cut, rng, [](std::size_t, float) {});
+    many.draw(at, 2, nullptr, cut, rng, [](std::size_t, float) {});
     return cut.groups.size();
   };
   EXPECT_LT(groups(AtPlace{{50, 1, 50}}), 40u);
@@ -314,19 +325,15 @@ TEST(ManyLights, OfNoPowerAreNeverDrawn) {
   LightCut cut;
   Rng rng(6, 0, 0);
   int asked = 0;
-  many.draw(
-      AtPlace{{1, 2, 3}}, 4, [](std::size_t) { return 1.0f; }, cut, rng,
-      [&](std::size_t i, float times) {
-        EXPECT_EQ(i, 1u);
-        EXPECT_EQ(times, 0.25f);
-        ++asked;
-      });
+  many.draw(AtPlace{{1, 2, 3}}, 4, nullptr, cut, rng, [&](std::size_t i, float times) {
+    EXPECT_EQ(i, 1u);
+    EXPECT_EQ(times, 0.25f);
+    ++asked;
+  });
   EXPECT_EQ(asked, 4);
   const std::vector<Light> black{PointLight{{}, Rgb(0.0f)}};
   const ManyLights dark(black);
-  dark.draw(
-      AtPlace{}, 4, [](std::size_t) { return 1.0f; }, cut, rng,
-      [](std::size_t, float) { ADD_FAILURE(); });
+  dark.draw(AtPlace{}, 4, nullptr, cut, rng, [](std::size_t, float) { ADD_FAILURE(); });
 }
 
 TEST(MetLights, AreAllVisitedThatARayMeets) {

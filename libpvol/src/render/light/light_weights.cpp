@@ -124,6 +124,14 @@ std::uint32_t along_flight(const LightGroups& g, std::size_t group, const AlongF
   });
 }
 
+void multiply(const float* factors, const std::uint32_t* numbers, float* weights) {
+  const hn::RebindToSigned<D> kI;
+  for (std::size_t i = 0; i < LightGroups::kGroup; i += hn::Lanes(kF)) {
+    const auto number = hn::BitCast(kI, hn::LoadU(hn::RebindToUnsigned<D>(), numbers + i));
+    hn::StoreU(hn::LoadU(kF, weights + i) * hn::GatherIndex(kF, factors, number), kF, weights + i);
+  }
+}
+
 }  // namespace pvol::detail::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -139,18 +147,23 @@ void LightGroups::add_group() {
 std::vector<LightKernel> light_kernels() {
   std::vector<LightKernel> all;
 #if HWY_TARGETS & HWY_AVX3
-  if (has_avx512()) all.push_back({N_AVX3::at_place, N_AVX3::on_plane, N_AVX3::along_flight});
+  if (has_avx512())
+    all.push_back({N_AVX3::at_place, N_AVX3::on_plane, N_AVX3::along_flight, N_AVX3::multiply});
 #endif
 #if HWY_TARGETS & HWY_AVX2
-  if (has_x86_64_v3()) all.push_back({N_AVX2::at_place, N_AVX2::on_plane, N_AVX2::along_flight});
+  if (has_x86_64_v3())
+    all.push_back({N_AVX2::at_place, N_AVX2::on_plane, N_AVX2::along_flight, N_AVX2::multiply});
 #endif
 #if HWY_TARGETS & HWY_SSE4
-  if (has_sse4()) all.push_back({N_SSE4::at_place, N_SSE4::on_plane, N_SSE4::along_flight});
+  if (has_sse4())
+    all.push_back({N_SSE4::at_place, N_SSE4::on_plane, N_SSE4::along_flight, N_SSE4::multiply});
 #endif
 #if HWY_TARGETS & HWY_NEON
-  if (has_neon()) all.push_back({N_NEON::at_place, N_NEON::on_plane, N_NEON::along_flight});
+  if (has_neon())
+    all.push_back({N_NEON::at_place, N_NEON::on_plane, N_NEON::along_flight, N_NEON::multiply});
 #endif
-  all.push_back({N_SCALAR::at_place, N_SCALAR::on_plane, N_SCALAR::along_flight});
+  all.push_back(
+      {N_SCALAR::at_place, N_SCALAR::on_plane, N_SCALAR::along_flight, N_SCALAR::multiply});
   return all;
 }
 

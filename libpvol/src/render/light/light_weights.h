@@ -49,6 +49,8 @@ struct LightKernel {
   std::uint32_t (*on_plane)(const LightGroups&, std::size_t group, const OnPlane&, float* to);
   std::uint32_t (*along_flight)(const LightGroups&, std::size_t group, const AlongFlight&,
                                 float* to);
+  /// Multiplies the weights of a group by factors[numbers[k]], which are finite.
+  void (*multiply)(const float* factors, const std::uint32_t* numbers, float* weights);
 
   std::uint32_t weigh(const LightGroups& g, std::size_t group, const AtPlace& from,
                       float* to) const {

@@ -30,11 +30,11 @@ class ManyLights {
   explicit ManyLights(std::span<const Light> lights);
 
   /// Calls ask(number of a light, 1 / expected number of times that it is asked), at most so many
-  /// `times`, for lights drawn by what they bring to where they are weighed, times the
-  /// importance(number) of that, for a group the one of one of its lights (THEORY.md, T5.19). Suns
-  /// bring nothing along flights. `cut` is for its own use.
-  template <class Where, class Importance, class Ask>
-  void draw(const Where& at, int times, const Importance& importance, LightCut& cut, Rng& rng,
+  /// `times`, for lights drawn by what they bring to where they are weighed, times the importance
+  /// of that: one of `importances` by number, of a group that of one of its lights, or null where
+  /// all are 1 (THEORY.md, T5.19). Suns bring nothing along flights. `cut` is for its own use.
+  template <class Where, class Ask>
+  void draw(const Where& at, int times, const float* importances, LightCut& cut, Rng& rng,
             const Ask& ask) const;
 
  private:
@@ -164,14 +164,14 @@ std::optional<std::uint32_t> ManyLights::draw_of(std::size_t place, const Where&
   return light_[place];
 }
 
-template <class Where, class Importance, class Ask>
-void ManyLights::draw(const Where& at, int times, const Importance& importance, LightCut& cut,
-                      Rng& rng, const Ask& ask) const {
+template <class Where, class Ask>
+void ManyLights::draw(const Where& at, int times, const float* importances, LightCut& cut, Rng& rng,
+                      const Ask& ask) const {
   find_cut(at, cut);
-  const auto place_of = [&](std::size_t k) { return kGroup * cut.groups[k / kGroup] + k % kGroup; };
-  for (std::size_t k = 0; k < cut.weights.size(); ++k) {
-    if (cut.weights[k] > 0) cut.weights[k] *= importance(light_[place_of(k)]);
+  for (std::size_t n = 0; importances != nullptr && n < cut.groups.size(); ++n) {
+    light_kernel().multiply(importances, &light_[kGroup * cut.groups[n]], &cut.weights[kGroup * n]);
   }
+  const auto place_of = [&](std::size_t k) { return kGroup * cut.groups[k / kGroup] + k % kGroup; };
   draw_some(cut.weights, times, rng, [&](std::size_t k, float factor) {
     if (const auto light = draw_of(place_of(k), at, factor, rng)) ask(std::size_t(*light), factor);
   });

@@ -178,9 +178,8 @@ inline constexpr int kAsked = 4;
 template <class Ask>
 inline void ask_each(const LightSetup& lights, const OnPlane& at, bool catcher, LightCut& cut,
                      Rng& rng, const Ask& ask) {
-  const auto even = [](std::size_t) { return 1.0f; };
   if (catcher ? lights.drawn_in_volumes : lights.drawn_on_surfaces)
-    return lights.many->draw(at, kAsked, even, cut, rng, ask);
+    return lights.many->draw(at, kAsked, nullptr, cut, rng, ask);
   for (std::size_t i = 0; i < lights.sources.size(); ++i) ask(i, 1.0f);
 }
 

@@ -91,8 +91,7 @@ void ask_lamps(const FlightThrough& f, std::span<const Lamp> lamps, const ManyLi
     return;
   }
   const AlongFlight at{f.world.at(f.box.t0), f.world.d, std::min(f.box.t1, f.length) - f.box.t0};
-  many.draw(
-      at, kAskedAlong, [](std::size_t) { return 1.0f; }, cut, rng, ask);
+  many.draw(at, kAskedAlong, nullptr, cut, rng, ask);
 }
 
 }  // namespace pvol::detail

@@ -226,18 +226,18 @@ HWY_NOINLINE void ask_some_lights(const WavefrontScene& s, WavefrontMemory& m,
   for (std::uint32_t lanes = bits_of(p.alive); lanes != 0; lanes &= lanes - 1) {
     const auto k = std::size_t(std::countr_zero(lanes));
     Rng own = streams.of(k, lights + 1);
-    const auto importance_of = [&](std::size_t i) {
-      if constexpr (!kGuided) return 1.0f;
-      return s.importance()->shadow_importances()[row[k] * (lights + 1) + i];
-    };
+    const float* importances = nullptr;
+    if constexpr (kGuided) {
+      importances = s.importance()->shadow_importances() + row[k] * (lights + 1);
+    }
     std::size_t asked = 0;
     const auto ask = [&](std::size_t i, float times) {
       if (s.volume.asks_lamps) times *= share_of_collision(*m.colliding[k], s.setup.lamps[i]);
       ask_light(s, i, place(k), times, k, own, to[asked]);
-      light[asked][k] = std::uint32_t(i), importance[asked][k] = importance_of(i);
+      light[asked][k] = std::uint32_t(i), importance[asked][k] = kGuided ? importances[i] : 1;
       ++asked;
     };
-    s.setup.light.many->draw(AtPlace{place(k)}, kAsked, importance_of, m.light_cut, own, ask);
+    s.setup.light.many->draw(AtPlace{place(k)}, kAsked, importances, m.light_cut, own, ask);
   }
   for (std::size_t k = 0; k < std::size_t(kAsked); ++k) {
     add_shadow_rays(s, m, to[k].in_lanes(), load(light[k]), load(importance[k]), p);
