@@ -24,6 +24,7 @@ shadow rays: the plainest tracker of pvol, and not the one that renders by defau
 import argparse
 import math
 import pathlib
+import re
 import resource
 import struct
 import subprocess
@@ -66,9 +67,10 @@ def read_scene(name):
 
 
 def volumes_of(scene):
-    """(file, medium) of each."""
+    """(file, medium) of each; a volume in several places is as many."""
     volumes = scene["volume"] if isinstance(scene["volume"], list) else [scene["volume"]]
-    return [(v["file"], v.get("medium", scene["medium"])) for v in volumes]
+    return [(v["file"], v.get("medium", scene["medium"]) | place) for v in volumes
+            for place in v.get("instance", [{}])]
 
 
 def cloud_of(tools, file, folder):
@@ -150,11 +152,53 @@ AttributeEnd
     return definition, shape, (low, high)
 
 
-def pbrt_lights(scene):
+def directions_of(side):
+    """Those of the pixels of pbrt's pictures of skies, side x side pixels of equal solid angles, row by row:
+    four triangles meet in the middle, at +z, and four in the corners, at -z (Clarberg 2008)."""
+    import numpy as np
+    across, down = np.meshgrid(*[(np.arange(side) + 0.5) / side * 2 - 1] * 2)
+    beyond = abs(across) + abs(down) - 1  # above 0: below the horizon
+    r = 1 - abs(beyond)
+    angle = (1 + (abs(down) - abs(across)) / np.maximum(r, 1e-12)) * math.pi / 4
+    flat = r * np.sqrt(2 - r * r)
+    return (np.copysign(np.cos(angle) * flat, across), np.copysign(np.sin(angle) * flat, down),
+            np.copysign(1 - r * r, -beyond))
+
+
+def pbrt_sky(file, folder):
+    """The picture of a sky in the form and the shape that pbrt reads; its name in the folder."""
+    import numpy as np
+    head, size, pixels = re.fullmatch(rb"(.*?\n\n)(-Y \d+ \+X \d+)\n(.*)", (REFERENCES / file).read_bytes(),
+                                      re.S).groups()
+    height, width = (int(n) for n in re.findall(rb"\d+", size))
+    rgbe = np.frombuffer(pixels, np.uint8).reshape(height, width, 4).astype(float)
+    radiance = rgbe[..., 0] * 2.0 ** (rgbe[..., 3] - 136)
+    x, y, z = directions_of(1024)
+    rows = np.minimum(np.arccos(y) / math.pi * height, height - 1).astype(int)
+    columns = (np.arctan2(z, x) / (2 * math.pi) % 1 * width).astype(int) % width
+    values = radiance[rows, columns].astype("<f4")[::-1]
+    name = pathlib.Path(file).with_suffix(".pfm").name
+    (folder / name).write_bytes(b"PF\n%d %d\n-1\n" % values.shape + np.repeat(values, 3).tobytes())
+    return name
+
+
+def pbrt_mesh(mesh):
+    """Triangles, in the first volume."""
+    lines = [line.split() for line in (REFERENCES / mesh["file"]).read_text().splitlines()]
+    points = " ".join(triple(words[1:]) for words in lines if words[0] == "v")
+    corners = " ".join(str(int(i) - 1) for words in lines if words[0] == "f" for i in words[1:])
+    return (f'AttributeBegin\nMediumInterface "m0" "m0"\n'
+            f'Material "diffuse" "spectrum reflectance" {spectrum(mesh["albedo"])}\n'
+            f'Shape "trianglemesh" "point3 P" [ {points} ]\n  "integer indices" [ {corners} ]\nAttributeEnd\n')
+
+
+def pbrt_lights(scene, folder):
     def grey(key, value):
         return f'"rgb {key}" [ {value} {value} {value} ]'
     text = ""
-    if scene["environment"]["radiance"]:
+    if "file" in scene["environment"]:
+        text += f'LightSource "infinite" "string filename" "{pbrt_sky(scene["environment"]["file"], folder)}"\n'
+    elif scene["environment"]["radiance"]:
         text += f'LightSource "infinite" {grey("L", scene["environment"]["radiance"])}\n'
     for sun in scene.get("sun", []):
         text += (f'LightSource "distant" "point3 from" [ {triple(sun["direction"])} ] "point3 to" [ 0 0 0 ] '
@@ -182,7 +226,7 @@ def pbrt_lights(scene):
         text += (f'AttributeBegin\nMaterial "diffuse" "spectrum reflectance" {spectrum(plane["albedo"])}\n'
                  f'Shape "bilinearmesh" "point3 P" [ -1e4 {height} -1e4 1e4 {height} -1e4 -1e4 {height} 1e4 '
                  f'1e4 {height} 1e4 ]\nAttributeEnd\n')
-    return text
+    return text + "".join(pbrt_mesh(mesh) for mesh in scene.get("mesh", []))
 
 
 def pbrt_scene(tools, scene, folder):
@@ -203,7 +247,7 @@ MediumInterface "" "{"".join(around_eye)}"
 Camera "perspective" "float fov" {camera["fov"]}
 WorldBegin
 MediumInterface "" ""
-{pbrt_lights(scene)}""" + "".join(shape for _, shape, _ in volumes)
+{pbrt_lights(scene, folder)}""" + "".join(shape for _, shape, _ in volumes)
 
 
 def read_pfm(file):

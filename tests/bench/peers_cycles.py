@@ -46,10 +46,35 @@ def link(name, data):
     return thing
 
 
-def add_lights(scene):
+def add_mesh(file, albedo):
+    lines = [line.split() for line in file.read_text().splitlines()]
+    mesh = bpy.data.meshes.new("mesh")
+    mesh.from_pydata([[float(x) for x in words[1:]] for words in lines if words[0] == "v"], [],
+                     [[int(i) - 1 for i in words[1:]] for words in lines if words[0] == "f"])
+    mesh.materials.append(material_of("BsdfDiffuse", "Surface", Color=(*[albedo] * 3, 1)))
+    link("mesh", mesh)
+
+
+def add_sky(tree, file):
+    """A picture whose first column is at +x, and which turns towards +z; +y is up."""
+    place = tree.nodes.new("ShaderNodeTexCoord")
+    turn = tree.nodes.new("ShaderNodeMapping")
+    picture = tree.nodes.new("ShaderNodeTexEnvironment")
+    turn.inputs["Rotation"].default_value = Matrix(((-1, 0, 0), (0, 0, 1), (0, 1, 0))).to_euler()
+    picture.image, picture.interpolation = bpy.data.images.load(str(file)), "Closest"
+    tree.links.new(place.outputs["Generated"], turn.inputs["Vector"])
+    tree.links.new(turn.outputs["Vector"], picture.inputs["Vector"])
+    tree.links.new(picture.outputs["Color"], tree.nodes["Background"].inputs["Color"])
+
+
+def add_lights(scene, folder):
     world = bpy.context.scene.world = bpy.data.worlds.new("sky")
     world.use_nodes = True
-    world.node_tree.nodes["Background"].inputs[0].default_value = (*[scene["environment"]["radiance"]] * 3, 1)
+    if "file" in scene["environment"]:
+        add_sky(world.node_tree, folder / scene["environment"]["file"])
+    else:
+        world.node_tree.nodes["Background"].inputs[0].default_value = (
+            *[scene["environment"]["radiance"]] * 3, 1)
     for sun in scene.get("sun", []):
         lamp = bpy.data.lights.new("sun", "SUN")
         lamp.energy, lamp.angle = sun["irradiance"], 0
@@ -90,15 +115,19 @@ def set_up(size, samples, seed, picture):
 
 def main():
     file, folder, picture, samples, seed = sys.argv[sys.argv.index("--") + 1:]
-    scene = tomllib.loads(pathlib.Path(file).read_text())
+    scene, references = tomllib.loads(pathlib.Path(file).read_text()), pathlib.Path(file).parent
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.preferences.addon_enable(module="cycles")
     volumes = scene["volume"] if isinstance(scene["volume"], list) else [scene["volume"]]
     for volume in volumes:
-        add_volume(pathlib.Path(folder) / f"{volume['file']}.vdb", volume.get("medium", scene["medium"]))
+        for place in volume.get("instance", [{}]):
+            add_volume(pathlib.Path(folder) / f"{volume['file']}.vdb",
+                       volume.get("medium", scene["medium"]) | place)
     for plane in scene.get("plane", []):
         add_plane(plane)
-    add_lights(scene)
+    for mesh in scene.get("mesh", []):
+        add_mesh(references / mesh["file"], mesh["albedo"])
+    add_lights(scene, references)
     add_camera(scene["camera"])
     set_up(scene["render"]["size"], int(samples), int(seed), picture)
     bpy.ops.render.render(write_still=True)

@@ -63,15 +63,15 @@ TEST_P(References, AreWhatTheScenesLookLike) {
   EXPECT_TRUE(other.verdict->detected) << "p " << other.verdict->p_value;
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, References,
-                         ::testing::Values(Case{"backlit", 1024}, Case{"dark", 1024},
-                                           Case{"forward", 1024}, Case{"glow", 1024},
-                                           Case{"ground", 1024}, Case{"inside", 1024},
-                                           Case{"isotropic", 1024}, Case{"lamp", 4096},
-                                           Case{"low_sun", 8192}, Case{"overcast", 1024},
-                                           Case{"spot", 1024}, Case{"two", 1024},
-                                           Case{"window", 1024}),
-                         [](const auto& test) { return test.param.scene; });
+INSTANTIATE_TEST_SUITE_P(
+    Scenes, References,
+    ::testing::Values(Case{"backlit", 1024}, Case{"cube", 1024}, Case{"dark", 1024},
+                      Case{"flock", 1024}, Case{"forward", 1024}, Case{"glow", 1024},
+                      Case{"ground", 1024}, Case{"inside", 1024}, Case{"isotropic", 1024},
+                      Case{"lamp", 4096}, Case{"low_sun", 8192}, Case{"overcast", 1024},
+                      Case{"spot", 1024}, Case{"street", 1024}, Case{"sunset", 1024},
+                      Case{"two", 1024}, Case{"window", 1024}),
+    [](const auto& test) { return test.param.scene; });
 
 }  // namespace references_test
 }  // namespace pvol
