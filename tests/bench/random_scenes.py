@@ -1,11 +1,12 @@
 """Scenes drawn at random, each by a number: clouds of random forms, thick or thin, grey or coloured, one or
-several; suns, skies, points, spots, areas; fires, grounds, cubes and motion. And what
-studies over them share."""
+several; phase functions, maps, fires; suns, skies, points, spots, areas; grounds, balls, cubes; lenses and
+motion. And what studies over them share."""
 import argparse
 import json
 import math
 import pathlib
 import random
+import struct
 import sys
 import tempfile
 
@@ -62,12 +63,49 @@ def recipe(draw):
     return text
 
 
+def phase_function(draw):
+    """Its keys, of every kind; of the simplest in two thirds of all cases."""
+    g = f"g = {draw.uniform(-0.4, 0.9):.2f}"
+    values = [draw.log(0.2, 5) for _ in range(4)]
+    return draw.choice([g] * 10 + [
+        f"g_forward = {draw.uniform(0.3, 0.95):.2f}\ng_backward = {draw.uniform(-0.6, 0):.2f}\n"
+        f"forward_share = {draw.random():.2f}",
+        "rayleigh = true",
+        f"draine_g = {draw.uniform(-0.5, 0.9):.2f}\ndraine_alpha = {draw.log(0.1, 100):.2f}",
+        f"droplet_diameter = {draw.uniform(1, 20):.1f}",
+        "phase_table = [" + ", ".join(f"[{60 * k}, {v:.3f}]" for k, v in enumerate(values)) + "]"])
+
+
+def motion(draw, table, place):
+    """Where a thing is one frame later."""
+    return f"[{table}.to]\n{place} = {draw.vector(-1, 1)}\n" if draw.happens(0.15) else ""
+
+
+def maps(draw, table):
+    """Of the values of grids, in few media."""
+    text = ""
+    if draw.happens(0.1):
+        text += f"[[{table}.component]]\nshare = {draw.random():.2f}\nalbedo = {draw.color(0.4, 1)}\n"
+        text += phase_function(draw) + "\n"
+    if draw.happens(0.1):
+        text += f"[{table}.density]\n" + draw.choice([
+            "ramp = [[0, 0], [0.3, 0.1], [0.6, 2], [1, 0.5]]\n",
+            "ramp = [[0, 0], [0.5, 1.5], [1, 1]]\nsmooth = true\n",
+            f"scale = {draw.log(0.3, 3):.2f}\noffset = {draw.uniform(-0.2, 0):.2f}\nclamp = [0, 1.2]\n",
+            f"power = {draw.uniform(0.5, 3):.2f}\n"])
+    if draw.happens(0.1):
+        colors = [[end, *draw.vector(0, 1)] for end in (0, 1)]
+        text += f'[{table}.albedo_field]\ngrid = "density"\ncolors = {colors}\n'
+    return text
+
+
 def medium(draw):
     """The keys of a medium: thin as haze to thick as a cumulus."""
-    lines = [f"extinction = {draw.log(0.2, 200):.4g}", f"albedo = {draw.color(0.4, 1)}",
-             f"g = {draw.uniform(-0.4, 0.9):.2f}"]
+    lines = [f"extinction = {draw.log(0.2, 200):.4g}", f"albedo = {draw.color(0.4, 1)}", phase_function(draw)]
     if draw.happens(0.1):
         lines.append(f"extinction_color = {[1, *draw.vector(0.4, 1)[:2]]}")
+    if draw.happens(0.07):
+        lines.append(f"emission = {draw.light(0.1, 2)}")
     return lines
 
 
@@ -88,18 +126,27 @@ def volumes(draw, recipes):
         if k == 0 and draw.happens(0.15):
             text += "".join(f"[[volume.instance]]\nscale = {draw.uniform(0.2, 0.6):.2f}\n"
                             f"translate = {draw.vector(-1.2, 1.2)}\n" for _ in range(draw.randint(2, 9)))
-        text += f"[{table}]\n" + "\n".join(medium(draw)) + "\n"
+        text += motion(draw, "volume", "translate") + f"[{table}]\n" + "\n".join(medium(draw)) + "\n"
         if k > 0 or draw.happens(0.3):
             text += f"rotate = [0, 1, 0, {draw.randint(0, 359)}]\ntranslate = {draw.vector(-0.8, 0.8)}\n"
-        text += fire(draw, table) if burns else ""
+        text += maps(draw, table) + (fire(draw, table) if burns else "")
     return text
 
 
+def write_sky(draw, file):
+    """A picture of 16 x 8 pixels, some of which are bright."""
+    pixels = [(*(draw.randint(1, 255) for _ in range(3)), draw.choice([125] * 9 + [130])) for _ in range(128)]
+    file.write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 16\n" +
+                     b"".join(struct.pack("4B", *pixel) for pixel in pixels))
+
+
 def environment(draw):
-    kind = draw.choice(["constant", "gradient", "clear"])
+    kind = draw.choice(["constant", "gradient", "clear", "image"])
     text = f'[environment]\ntype = "{kind}"\n'
     if kind == "constant":
         text += f"radiance = {draw.light(0.01, 1)}\n"
+    if kind == "image":
+        text += f'file = "sky.hdr"\nrotation = {draw.randint(0, 359)}\n'
     if kind == "clear":
         text += (f"azimuth = {draw.randint(0, 359)}\nelevation = {draw.randint(2, 90)}\n"
                  f"turbidity = {draw.uniform(2, 8):.1f}\n")
@@ -109,6 +156,8 @@ def environment(draw):
 def lamp(draw):
     at, kind = [round(1.6 * x, 3) for x in draw.direction()], draw.choice(["point", "ball", "spot", "area"])
     text = f"[[{'point' if kind == 'ball' else kind}]]\nposition = {at}\n"
+    if kind in ("area", "ball") and draw.happens(0.3):
+        text += "visible_camera = false\n"
     if kind == "area":
         return text + (f"direction = {[-x for x in at]}\nsize = [{draw.uniform(0.1, 1.5):.2f}, 0.5]\n"
                        f"radiance = {draw.light(1, 20)}\n")
@@ -131,14 +180,33 @@ def lights(draw):
     return text
 
 
+def look(draw):
+    """Keys of surfaces: mostly none."""
+    text = f'look = "{draw.choice(["shadow-catcher", "holdout"])}"\n' if draw.happens(0.15) else ""
+    ray = draw.choice(["camera", "shadow", "light"])
+    return text + (f"visible_{ray} = false\n" if draw.happens(0.15) else "")
+
+
 def surfaces(draw):
     text = ""
     if draw.happens(0.35):
         text += f"[[plane]]\npoint = [0, {draw.uniform(-1.2, -0.3):.2f}, 0]\nalbedo = {draw.color(0, 0.8)}\n"
+        text += look(draw)
     if draw.happens(0.15):
         text += f'[[mesh]]\nfile = "{SAMPLES}/cube.obj"\nscale = 0.3\n'
-        text += f"translate = {draw.vector(-1, 1)}\nalbedo = {draw.color(0, 0.9)}\n"
+        text += f"translate = {draw.vector(-1, 1)}\nalbedo = {draw.color(0, 0.9)}\n" + look(draw)
+        text += motion(draw, "mesh", "translate")
+    if draw.happens(0.15):
+        text += f"[[ball]]\ncentre = {draw.vector(-0.8, 0.8)}\nradius = {draw.log(0.05, 0.5):.2f}\n"
+        text += f"albedo = {draw.color(0, 0.9)}\n" + look(draw) + motion(draw, "ball", "centre")
     return text
+
+
+def lens(draw):
+    """Keys of the camera: how it projects."""
+    return draw.choice([f"fov = {draw.randint(20, 70)}\n"] * 7 + [
+        'projection = "orthographic"\northo_scale = 3\n', 'projection = "latlong"\n',
+        f"focal_length = {draw.randint(24, 85)}\nshift = [0.1, -0.05]\nf_stop = 1.4\nmetres = 0.1\n"])
 
 
 def scene(draw, recipes):
@@ -147,9 +215,11 @@ def scene(draw, recipes):
     camera = [round(distance * x / math.hypot(*at), 3) for x in at]
     text = volumes(draw, recipes) + lights(draw) + surfaces(draw)
     text += f"[camera]\nposition = {camera}\n"
-    text += f"target = {draw.vector(-0.3, 0.3)}\nfov = {draw.randint(20, 70)}\n"
+    text += f"target = {draw.vector(-0.3, 0.3)}\n" + lens(draw)
     if draw.happens(0.5):
         text += "shutter = [-0.1, 0.1]\n"
+        if draw.happens(0.2):
+            text += f"[camera.to]\nposition = {camera}\ntarget = {draw.vector(-0.3, 0.3)}\n"
     return text
 
 
@@ -158,6 +228,7 @@ def write_scene(number, folder):
     draw, recipes = Draw(number), ["0.toml", "1.toml"]
     for file in recipes:
         (folder / file).write_text(recipe(draw))
+    write_sky(draw, folder / "sky.hdr")
     file = folder / "scene.toml"
     file.write_text(scene(draw, recipes))
     return file
