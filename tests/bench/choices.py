@@ -3,8 +3,7 @@
 
     tests/bench/choices.py build/ci/tools [--scenes 100] [--first 0] [--spp 64] [--size 32x24] [--keep FILE]
 
-Scene K of random_scenes.py, of which some get far motion, tricubic look-ups, a steep ramp or parallel rays,
-is rendered by the defaults and by each of CHOICES, with other random numbers. Prints
+Scene K of random_scenes.py is rendered by the defaults and by each of CHOICES, with other random numbers. Prints
 
   bias   scenes and choices whose mean luminance is more than 4 standard errors from that of the defaults:
          few in a thousand, where light is rare
@@ -17,7 +16,7 @@ without noise, are left out."""
 import json
 import math
 
-from random_scenes import Draw, study_parser, study_scenes
+from random_scenes import study_parser, study_scenes
 from reports import luminances, quantiles, run
 from scenes import beside_brightness, read_exr
 
@@ -30,22 +29,6 @@ CHOICES = {
     "one by one": ["--kernel", "scalar"],
 }
 BIAS, COST = 4, 3
-
-
-def change(number, file):
-    """Adds what random_scenes.py lacks; returns further options."""
-    draw, text, options = Draw(number + 100000), file.read_text(), []
-    if draw.happens(0.35) and "[[volume.instance]]" not in text and "[medium]" in text:
-        text = text.replace("[medium]", f"[volume.to]\ntranslate = {draw.vector(-1.5, 1.5)}\n[medium]", 1)
-        text = text.replace("shutter = [-0.1, 0.1]\n", "") + "shutter = [-0.5, 0.5]\n"
-    if draw.happens(0.15):
-        options += ["--interpolation", "tricubic"]
-    if draw.happens(0.15):
-        options += ["--set", "medium.density.ramp=[[0,0],[0.3,0],[0.35,1],[1,0.5]]"]
-    if draw.happens(0.1):
-        options += ["--set", 'camera.projection="orthographic"']
-    file.write_text(text)
-    return options
 
 
 def render(args, file, folder, seed, options):
@@ -64,9 +47,8 @@ def render(args, file, folder, seed, options):
             "relative": seconds * beside_brightness(variance, light)}
 
 
-def study(args, number, file, folder):
-    options = change(number, file)
-    return {choice: render(args, file, folder, seed + 1, options + more)
+def study(args, file, folder):
+    return {choice: render(args, file, folder, seed + 1, more)
             for seed, (choice, more) in enumerate({"defaults": [], **CHOICES}.items())}
 
 
@@ -94,7 +76,7 @@ def report(kept):
 
 def main():
     args = study_parser(__doc__, scenes=100, spp=64).parse_args()
-    report(study_scenes(args, lambda number, file, folder: study(args, number, file, folder)))
+    report(study_scenes(args, lambda _, file, folder: study(args, file, folder)))
 
 
 if __name__ == "__main__":

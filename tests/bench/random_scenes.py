@@ -90,6 +90,7 @@ def maps(draw, table):
     if draw.happens(0.1):
         text += f"[{table}.density]\n" + draw.choice([
             "ramp = [[0, 0], [0.3, 0.1], [0.6, 2], [1, 0.5]]\n",
+            "ramp = [[0, 0], [0.3, 0], [0.35, 1], [1, 0.5]]\n",
             "ramp = [[0, 0], [0.5, 1.5], [1, 1]]\nsmooth = true\n",
             f"scale = {draw.log(0.3, 3):.2f}\noffset = {draw.uniform(-0.2, 0):.2f}\nclamp = [0, 1.2]\n",
             f"power = {draw.uniform(0.5, 3):.2f}\n"])
@@ -217,10 +218,10 @@ def scene(draw, recipes):
     text += f"[camera]\nposition = {camera}\n"
     text += f"target = {draw.vector(-0.3, 0.3)}\n" + lens(draw)
     if draw.happens(0.5):
-        text += "shutter = [-0.1, 0.1]\n"
+        text += f"shutter = {draw.choice([[-0.1, 0.1], [-0.1, 0.1], [-0.5, 0.5]])}\n"
         if draw.happens(0.2):
             text += f"[camera.to]\nposition = {camera}\ntarget = {draw.vector(-0.3, 0.3)}\n"
-    return text
+    return text + ('[render]\ninterpolation = "tricubic"\n' if draw.happens(0.1) else "")
 
 
 def write_scene(number, folder):
