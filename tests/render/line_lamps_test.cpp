@@ -128,6 +128,25 @@ TEST(LineLamps, ShowTheSamePicture) {
   EXPECT_TRUE(family.passes());
 }
 
+/// A bright sun among the lights changes nothing of what flights bring of a lamp, which is all that
+/// is red.
+TEST(LineLamps, BesideASunBringWhatTheyBringAlone) {
+  CloudScene s = lit_by(0, 0.02);
+  s.environment = ConstantSky{Rgb(0.0f)};
+  s.lights = {PointLight{{4, 3, 2}, Rgb(60.0f, 0.0f, 0.0f)}};
+  s.options.samples = proof::samples(8000);
+  s.options.guide = GuideUse::off;
+  const Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
+  Average alone = average(picture(v, s, LineLamps::on, 30));
+  s.lights.push_back(Sun{{0, 1, 0}, Rgb(0.0f, 0.0f, 100.0f)});
+  Average beside = average(picture(v, s, LineLamps::on, 31));
+  alone.mean.z = alone.variance.z = beside.mean.z = beside.variance.z = 0;
+  proof::Family family;
+  compare(beside, alone, "red", family);
+  EXPECT_TRUE(family.passes());
+  EXPECT_LT(std::sqrt(beside.variance.x), 0.03 * beside.mean.x);
+}
+
 /// A lamp that stands for a sun, and those at the cloud: it must not take the digits of their
 /// places from them, wherever in the list it is.
 TEST(LineLamps, FarAwayLeaveThoseNearByTheirPlaces) {

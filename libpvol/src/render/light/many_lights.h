@@ -29,6 +29,8 @@ class ManyLights {
  public:
   explicit ManyLights(std::span<const Light> lights);
 
+  [[nodiscard]] std::size_t suns() const { return suns_; }
+
   /// Calls ask(number of a light, 1 / expected number of times that it is asked), at most so many
   /// `times`, for lights drawn by what they bring to where they are weighed, times the importance
   /// of that: one of `importances` by number, of a group that of one of its lights, or null where

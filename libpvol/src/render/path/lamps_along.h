@@ -84,7 +84,7 @@ template <class Ask>
 void ask_lamps(const FlightThrough& f, std::span<const Lamp> lamps, const ManyLights& many,
                LightCut& cut, Rng& rng, const Ask& ask) {
   if (!f.enters()) return;
-  if (lamps.size() <= std::size_t(kAskedAlong)) {
+  if (lamps.size() - many.suns() <= std::size_t(kAskedAlong)) {
     for (std::size_t i = 0; i < lamps.size(); ++i) {
       if (lamps[i].power > 0) ask(i, 1.0f);
     }
