@@ -129,6 +129,8 @@ TEST(CapiVolume, SaysWhatIsWrong) {
   expect("capi.map_lattice_points", [&] { v.set_transform(PVOL_DENSITY, {}); });
   expect("capi.extinction_minus", [&] { v.set_extinction(-1); });
   expect("capi.shares_extinction", [&] { v.set_extinction_color({0.5f, 0.5f, 0.5f}); });
+  const float nan = std::nanf("");
+  expect("capi.shares_not_finite", [&] { v.set_extinction_color({1.0f, nan, 0.5f}); });
   expect("capi.no_interpolation", [&] { v.set_interpolation(pvol_interpolation(3)); });
   pvol_array a = smoke.array();
   a.reserved[1] = 1;

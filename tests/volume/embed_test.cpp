@@ -4,12 +4,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cfloat>
 #include <cmath>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "pvol/bounds/pyramid.h"
 #include "pvol/trackers.h"
+#include "support/messages.h"
 #include "support/placed_clouds.h"
 
 namespace pvol::test {
@@ -39,6 +43,49 @@ TEST(Embed, RaysThatMissSeeThrough) {
   expect_miss(cloud.volume, {centre, {-1, 0, 0}}, -1);
   expect_miss(empty.volume, {{4, 4, 4}, {0, 1, 0}}, kFar);
   EXPECT_EQ(density_at(empty.volume, {4, 4, 4}), 0);
+}
+
+TEST(Embed, RefusesGridsThatAreNoDensity) {
+  std::array<float, kBrickSamples> ones, odd;
+  ones.fill(1);
+  odd.fill(1);
+  const auto refused = [](const char* key, const VoxelGrid& grid) {
+    try {
+      (void)make_volume(grid, {.extinction = 1});
+      ADD_FAILURE() << key << ": no error";
+    } catch (const Error& e) {
+      EXPECT_TRUE(says(e.what(), key));
+    }
+  };
+  const auto of = [](std::vector<Brick> bricks, std::vector<Tile> tiles = {}) {
+    VoxelGrid grid;
+    grid.bricks = std::move(bricks), grid.tiles = std::move(tiles);
+    return grid;
+  };
+  const float nan = std::nanf("");
+  refused("grids.leaf_without_samples", of({{{0, 0, 0}, nullptr}}));
+  refused("grids.leaf_between", of({{{0, 4, 0}, ones.data()}}));
+  odd[8] = nan;
+  refused("grids.sample_nan", of({{{8, 0, 0}, odd.data()}}));
+  odd[8] = -1;
+  refused("grids.sample_negative", of({{{8, 0, 0}, odd.data()}}));
+  refused("grids.tile_nan", of({}, {{{0, 0, 0}, 8, nan}}));
+  refused("grids.tile_negative", of({}, {{{0, 0, 0}, 8, -1}}));
+  refused("grids.tile_edge", of({}, {{{0, 0, 0}, 9, 1}}));
+  refused("grids.tile_between", of({}, {{{0, 0, 8}, 128, 1}}));
+  const Brick brick{{8, 8, 0}, ones.data()};
+  refused("grids.cubes_overlap", of({brick, {{0, 0, 0}, ones.data()}, brick}));
+  refused("grids.cube_in_tile", of({brick}, {{{0, 0, 0}, 128, 1}}));
+  refused("grids.tile_in_tile", of({}, {{{8, 0, 0}, 8, 1}, {{0, 0, 0}, 128, 1}}));
+}
+
+/// GCC 12 ends where a default of a member is a list of structs and a template makes the member.
+TEST(Embed, TemplatesMakeMediaAndVolumes) {
+  const auto make = [](auto medium, auto volume) {
+    medium = decltype(medium){}, volume = decltype(volume){};
+    return medium.components.size() + volume.medium.components.size();
+  };
+  EXPECT_EQ(make(Medium{}, Volume{}), 2u);
 }
 
 TEST(Embed, RefusesRaysThatAreNone) {

@@ -32,8 +32,9 @@ extern "C" {
 
 pvol_status pvol_read_bytes(pvol_volume* volume, const void* bytes, size_t size) {
   return pvol::detail::set_density(volume, [&] {
+    if (bytes == nullptr) throw pvol::Error("the address of the bytes of a .pvol file is null");
     const std::string name = "the bytes in memory";
-    const std::span all(static_cast<const std::byte*>(bytes), bytes == nullptr ? 0 : size);
+    const std::span all(static_cast<const std::byte*>(bytes), size);
     return pvol::formats::given(pvol::formats::read_pvol(all, name), name);
   });
 }

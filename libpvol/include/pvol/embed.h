@@ -47,9 +47,9 @@ struct Recipe;  // density/recipe.h
 
 /// Bounds the grid's density and makes it ready for tracking. Of the medium, tracking needs
 /// `extinction` alone; options.object_to_world is applied after the grid's map, and
-/// volume.density.world_box bounds the density. Throws Error where the map is singular, the medium
-/// or the options are out of range, the extinction is too large for a float, or the placement so
-/// far from the origin that positions lose more than 1/1000 of a voxel.
+/// volume.density.world_box bounds the density. Throws Error where the grid is not as VoxelGrid says,
+/// the map singular, the medium or the options out of range, the extinction too large for a float,
+/// or the placement so far from the origin that positions lose more than 1/1000 of a voxel.
 [[nodiscard]] Volume make_volume(const VoxelGrid& grid, const Medium& medium,
                                  const VolumeOptions& options = {});
 

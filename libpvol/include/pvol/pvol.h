@@ -187,7 +187,7 @@ typedef enum pvol_interpolation PVOL_INT {
 pvol_status pvol_set_interpolation(pvol_volume* volume, pvol_interpolation interpolation);
 
 /* 1: the next commit fits a shell around the density, for pvol_shell_spans (seconds for a large
- * cloud); 0: none, as without. */
+ * cloud); 0: none, as without. Set the density's samples again where a commit has released them. */
 pvol_status pvol_set_shell(pvol_volume* volume, int wanted);
 
 typedef struct pvol_commit_options {

@@ -166,7 +166,7 @@ pvol_status pvol_set_extinction_color(pvol_volume* volume, const float share[3])
   return guarded(volume, [&] {
     require_not_null(share, "the array of the extinction's shares");
     const Rgb c(share[0], share[1], share[2]);
-    if (!(min_component(c) >= 0 && max_component(c) == 1)) {
+    if (!(is_finite(c) && min_component(c) >= 0 && max_component(c) == 1)) {
       throw Error("the shares of the extinction are (" + std::to_string(c.x) + ", " +
                   std::to_string(c.y) + ", " + std::to_string(c.z) +
                   "); expected numbers in [0, 1], of which the largest is 1");

@@ -2,18 +2,16 @@
 #include "capi/samples.h"
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstring>
-#include <set>
 #include <string>
 
 #include "capi/guard.h"
 #include "density/array_rows.h"
+#include "density/check_grid.h"
 #include "pvol/density/quantise.h"
 #include "pvol/error.h"
-#include "pvol/math/parallel.h"
 
 namespace pvol::detail {
 namespace {
@@ -66,73 +64,6 @@ namespace {
   float v;
   std::memcpy(&v, at, sizeof v);
   return v;
-}
-
-/// Leaves are read where they lie: nothing else looks at their samples before they are bounded.
-void check_values(const Brick& leaf) {
-  if (leaf.values == nullptr) throw Error("the leaf at " + text(leaf.origin) + " has no samples");
-  for (int i = 0; i < kBrickSamples; ++i) {
-    const float v = leaf.values[i];
-    if (v >= 0 && std::isfinite(v)) continue;
-    throw Error("sample " + text(leaf.origin + Vec3i(i >> 6, i >> 3 & 7, i & 7)) + " is " +
-                std::to_string(v) +
-                "; expected a finite number of at least 0. Clean the field first.");
-  }
-}
-
-void check_origin(Vec3i origin, std::int32_t edge) {
-  if (((origin.x | origin.y | origin.z) & (edge - 1)) == 0) return;
-  throw Error("a cube of " + std::to_string(edge) + "^3 samples lies at " + text(origin) +
-              "; expected an origin that is a multiple of the edge along each axis");
-}
-
-[[nodiscard]] Tile tile_of(const pvol_tile& t) {
-  if (t.edge != 8 && t.edge != 128 && t.edge != 4096) {
-    throw Error("a tile has an edge of " + std::to_string(t.edge) + "; expected 8, 128 or 4096");
-  }
-  check_origin(vec(t.origin), t.edge);
-  if (!(t.value >= 0 && std::isfinite(t.value))) {
-    throw Error("the tile at " + text(vec(t.origin)) + " has the value " + std::to_string(t.value) +
-                "; expected a finite number of at least 0");
-  }
-  return {vec(t.origin), t.edge, t.value};
-}
-
-/// Tiles by what they cover.
-using Tiles = std::set<std::array<std::int32_t, 4>>;
-
-[[noreturn]] void refuse_overlap(Vec3i origin, std::int32_t edge, Vec3i other, std::int32_t its) {
-  throw Error("a cube of " + std::to_string(edge) + "^3 samples at " + text(origin) +
-              " overlaps one of " + std::to_string(its) + "^3 at " + text(other) +
-              "; expected cubes that are disjoint");
-}
-
-void check_outside(const Tiles& tiles, Vec3i origin, std::int32_t edge) {
-  for (const std::int32_t its : {4096, 128, 8}) {
-    const Vec3i around(origin.x & -its, origin.y & -its, origin.z & -its);
-    if (its >= edge && tiles.contains({around.x, around.y, around.z, its})) {
-      refuse_overlap(origin, edge, around, its);
-    }
-  }
-}
-
-/// Throws Error where cubes of a grid whose bricks are in order overlap.
-void check_disjoint(const VoxelGrid& grid) {
-  Tiles tiles;
-  for (const std::int32_t edge : {4096, 128, 8}) {
-    for (const Tile& t : grid.tiles) {
-      if (t.edge != edge) continue;
-      check_outside(tiles, t.origin, edge);
-      tiles.insert({t.origin.x, t.origin.y, t.origin.z, edge});
-    }
-  }
-  for (std::size_t i = 0; i < grid.bricks.size(); ++i) {
-    const Vec3i origin = grid.bricks[i].origin;
-    if (i > 0 && grid.bricks[i - 1].origin == origin) {
-      refuse_overlap(origin, kBrickEdge, origin, kBrickEdge);
-    }
-    if (!tiles.empty()) check_outside(tiles, origin, kBrickEdge);
-  }
 }
 
 /// Tells how much of a box bricks have been read of, as they are: in the order of their z, but from
@@ -232,13 +163,10 @@ VoxelGrid read_samples(const pvol_leaves& l, const LatticeBox& box, const Progre
     if (min_component(min(hi, box.hi) - max(lo, box.lo)) < 1) continue;
     grid.bricks.push_back({origin, l.leaves[i].values});
   }
-  parallel_parts(0, grid.bricks.size(), 64, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i != end; ++i) {
-      check_origin(grid.bricks[i].origin, kBrickEdge);
-      check_values(grid.bricks[i]);
-    }
-  });
-  for (std::size_t i = 0; i < l.tile_count; ++i) grid.tiles.push_back(tile_of(l.tiles[i]));
+  for (std::size_t i = 0; i < l.tile_count; ++i) {
+    grid.tiles.push_back({vec(l.tiles[i].origin), l.tiles[i].edge, l.tiles[i].value});
+  }
+  check_cubes(grid);
   grid = occupied(grid);
   check_disjoint(grid);
   return grid;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <type_traits>
 
+#include "density/check_grid.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/bounds/recipe_bounds.h"
 #include "pvol/density/recipe.h"
@@ -44,6 +45,8 @@ void detail::check_estimator(const Volume& volume, Transmittance estimator) {
 }
 
 Volume make_volume(const VoxelGrid& grid, const Medium& medium, const VolumeOptions& options) {
+  detail::check_cubes(grid);
+  detail::check_disjoint(grid);
   return make_volume(grid, build_pyramid(grid, options.look_up), medium, options);
 }
 

@@ -52,7 +52,8 @@ const char* expect_a_one(const Value& value) {
 
 void validate(const Medium& medium) {
   require(
-      max_component(medium.extinction_color) == 1 && min_component(medium.extinction_color) >= 0,
+      is_finite(medium.extinction_color) && max_component(medium.extinction_color) == 1 &&
+          min_component(medium.extinction_color) >= 0,
       "the shares of the extinction by channel are out of range; expected numbers in [0, 1], of "
       "which the largest is 1");
   require(!medium.components.empty(), "the medium has no component; expected at least one");

@@ -21,7 +21,7 @@ struct Component {
 struct Medium {
   double extinction = 1;  ///< per world unit and unit of density, >= 0
   /// At least one; their shares sum up to 1.
-  std::vector<Component> components{Component{}};
+  std::vector<Component> components = std::vector<Component>(1);
   /// Share of the extinction by channel, in [0, 1], the largest 1: mu_t = extinction * share * rho.
   Rgb extinction_color{1.0f};
   friend bool operator==(const Medium&, const Medium&) = default;
