@@ -267,7 +267,13 @@ TEST(StatsBounds, MeasuresWhatItExpects) {
   EXPECT_GT(costs.at("delta").at("lookups_half_width"), 0);
   EXPECT_LE(costs.at("squeezed").at("lookups"), costs.at("decomposition").at("lookups"));
   EXPECT_GT(measured.at("memory_bytes").at("micro_bounds"), 0);
-  EXPECT_GE(j.at("empty_share_of_box"), 0);
+  EXPECT_GE(j.at("skipped_share_of_box"), 0);
+  std::uint64_t bytes = 0;
+  for (const auto& [part, size] : j.at("bytes").items()) {
+    if (part != "total") bytes += size.get<std::uint64_t>();
+  }
+  EXPECT_EQ(bytes, std::filesystem::file_size(ball.cloud));
+  EXPECT_EQ(j.at("bytes").at("total"), bytes);
   for (const json& d : j.at("depths")) {
     for (const char* ratio : {"hi_over_mean", "lo_over_mean", "gap_over_mean"}) {
       const json& by_mass = d.at(ratio).at("by_mass");

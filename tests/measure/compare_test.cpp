@@ -219,6 +219,22 @@ TEST(Compare, ShortFilmsOfSkewedLawsAreNotCalledTooDark) {
   EXPECT_GT(at_least(r.regions, r.count, 0.01), 1e-3) << r.regions << " of " << r.count;
 }
 
+/// The samples of some pixels agree by chance: their variance says little.
+TEST(Compare, PixelsOfFewSamplesAreNotCalledSignificant) {
+  proof::Family family;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const Film few = make_film(grey, 32, 32, 2, 900 + seed);
+    const Film many = make_film(grey, 32, 32, 64, 950 + seed);
+    for (const bool swapped : {false, true}) {
+      const FilmComparison r = swapped ? compare(many, few) : compare(few, many);
+      ASSERT_TRUE(r.largest);
+      family.add(std::to_string(seed), r.largest->p_value);
+      EXPECT_LE(double(r.tails[2].found), 2 + 3 * r.tails[2].expected);
+    }
+  }
+  EXPECT_TRUE(family.passes());
+}
+
 TEST(Compare, AnErrorOfASkewedLawIsFoundAgainstALongReference) {
   const Film reference = make_film(flames, 64, 64, 512, 1);
   for (const double factor : {0.5, 2.0}) {

@@ -85,7 +85,7 @@ Json to_json(const BoundsReport& r) {
   j["depths"] = depths_of(r);
   j["classes"] = {
       {"empty", json_of(s.empty)}, {"uniform", json_of(s.uniform)}, {"mixed", json_of(s.mixed)}};
-  j["empty_share_of_box"] = r.empty_share_of_box;
+  j["skipped_share_of_box"] = r.empty_share_of_box;
   j["lookups_per_collision"]["delta_global"] = json_of(s.global_majorant);
   if (!s.depths.empty()) {
     j["lookups_per_collision"]["delta_leaves"] = json_of(s.depths.back().tightness.majorant);
@@ -109,10 +109,10 @@ Json to_json(const BoundsReport& r) {
   }
   if (r.check) j["verified"] = to_json(*r.check, r.cloud.grid().index_to_world);
   if (r.bytes) {
-    j["bytes"] = {{"header", r.bytes->header}, {"metadata", r.bytes->metadata},
-                  {"bounds", r.bytes->bounds}, {"micro", r.bytes->micro},
-                  {"shell", r.bytes->shell},   {"density", r.bytes->density},
-                  {"fields", r.bytes->fields}, {"total", r.bytes->total}};
+    j["bytes"] = {
+        {"header", r.bytes->header}, {"metadata", r.bytes->metadata}, {"bounds", r.bytes->bounds},
+        {"micro", r.bytes->micro},   {"shell", r.bytes->shell},       {"density", r.bytes->density},
+        {"fields", r.bytes->fields}, {"padding", r.bytes->padding()}, {"total", r.bytes->total}};
   }
   return j;
 }

@@ -112,9 +112,12 @@ std::vector<report::Content> byte_lines(const BoundsReport& r) {
   std::vector<report::Content> lines;
   if (r.bytes) {
     const formats::PvolSizes& b = *r.bytes;
-    lines.push_back(Text{fmt::format(
-        "bytes: header {}, metadata {}, bounds {}, micro-bounds {}, shell {}, density {}, total {}",
-        b.header, b.metadata, b.bounds, b.micro, b.shell, b.density, b.total)});
+    lines.push_back(
+        Text{fmt::format("bytes: header {}, metadata {}, bounds {}, micro-bounds {}, shell {}, "
+                         "density {}, fields {}, "
+                         "padding {}, total {}",
+                         b.header, b.metadata, b.bounds, b.micro, b.shell, b.density, b.fields,
+                         b.padding(), b.total)});
   }
   if (r.cut) {
     lines.push_back(Text{fmt::format(

@@ -123,10 +123,11 @@ void print_json(const FitOptions& o, const Fit& f) {
   }
   if (!f.check.empty()) j["check"] = f.check;
   if (f.file.shell) j["shell"] = to_json(*f.file.shell, f.bytes.shell);
-  j["bytes"] = {
-      {"header", f.bytes.header}, {"metadata", f.bytes.metadata}, {"bounds", f.bytes.bounds},
-      {"micro", f.bytes.micro},   {"shell", f.bytes.shell},       {"density", f.bytes.density},
-      {"fields", f.bytes.fields}, {"total", f.bytes.total},       {"source", f.source_bytes}};
+  j["bytes"] = {{"header", f.bytes.header}, {"metadata", f.bytes.metadata},
+                {"bounds", f.bytes.bounds}, {"micro", f.bytes.micro},
+                {"shell", f.bytes.shell},   {"density", f.bytes.density},
+                {"fields", f.bytes.fields}, {"padding", f.bytes.padding()},
+                {"total", f.bytes.total},   {"source", f.source_bytes}};
   j["seconds"] = {{"read", f.read_seconds},
                   {"bounds", f.bounds_seconds},
                   {"shell", f.shell_seconds},

@@ -80,9 +80,8 @@ std::vector<Content> pixel_lines(const FilmComparison& r) {
   std::vector<Content> lines;
   if (r.largest) {
     lines.push_back(
-        Text{fmt::format("largest difference of a pixel: {:.4g} sigma at ({}, {}) (p = {:.4g} for "
-                         "the largest of all "
-                         "pixels)",
+        Text{fmt::format("most significant difference of a pixel: {:.4g} sigma at ({}, {}) "
+                         "(p = {:.4g} for the least likely of all pixels)",
                          r.largest->sigmas, r.largest->x, r.largest->y, r.largest->p_value)});
   }
   if (!r.variances_known || !(r.tails[0].sigmas > 0)) return lines;
@@ -122,7 +121,7 @@ constexpr const char* kMeanings =
     "independent. Squared errors in the column of luminance are those of the channels, weighted as "
     "in luminance. Systematic: the MSE less what noise explains, which may fall below 0; where the "
     "light varies across pixels, their positions in a pixel are spread more evenly than noise is, "
-    "and it is estimated too low. The verdict tests the means of the picture, its quarters, their quarters and so on, "
+    "and it is estimated too low; its interval counts how it varies over the picture as uncertainty, too. The verdict tests the means of the picture, its quarters, their quarters and so on, "
     "and the systematic MSE, in every channel, with false alarms at the stated level for all tests "
     "together.";
 

@@ -138,7 +138,10 @@ report::Document document_of(const FileInfo& info) {
                      .subject = info.file,
                      .lead = fmt::format("{}, {} grid{}", readable_bytes(info.bytes),
                                          info.grids.size(), info.grids.size() == 1 ? "" : "s")};
-  report::Table grids{.header = {"grid", "type", "use", "active voxels", "values", "memory"}};
+  const bool has_active_voxels = info.file.ends_with("vdb");  // others know what is not 0
+  report::Table grids{.header = {"grid", "type", "use",
+                                 has_active_voxels ? "active voxels" : "voxels above 0", "values",
+                                 "memory"}};
   report::Table places{.header = {"grid", "voxels from", "to", "world from", "to", "voxel"}};
   for (const GridInfo& g : info.grids) {
     std::vector<std::string> row{g.entry.name, g.entry.type, g.use.empty() ? "-" : g.use};

@@ -37,7 +37,8 @@ struct StudyReport {
 /// Rows that were measured, in order.
 [[nodiscard]] std::vector<const measure::Row*> good_rows(const measure::Study& study);
 
-/// "--depth 0: left out: one sample takes more than 171 ms", for each that was not measured.
+/// "--depth 0: left out: one sample of each pixel takes more than 171 ms", for each that was not
+/// measured.
 [[nodiscard]] std::vector<report::Content> left_out_lines(const measure::Study& study);
 
 /// What the page shows of look-ups by pixel: the maps of these rows, each named after its setting

@@ -114,6 +114,18 @@ struct CautiousDifference {
   }
 };
 
+/// A pixel's difference in luminance with the variance of one law for the samples of both films,
+/// where that is larger: few samples may agree by chance (THEORY.md, T9.1).
+void pool(const PixelMean& a, const PixelMean& b, Difference& d) {
+  if (!(a.dof > 0 && b.dof > 0)) return;
+  const auto squares = [](const PixelMean& m) {
+    return m.dof * m.samples * m.variance[kLuminance];
+  };
+  const double dof = a.dof + b.dof;
+  const double pooled = (squares(a) + squares(b)) / dof * (1 / a.samples + 1 / b.samples);
+  if (pooled > d.variance) d.variance = pooled, d.spread = pooled * pooled / dof;
+}
+
 void require(bool ok, const std::string& message) {
   if (!ok) throw Error(message);
 }
@@ -304,7 +316,7 @@ struct ChannelSums {
   }
 };
 
-/// The largest deviation and how many are large, among the pixels with variance.
+/// The most significant deviation and how many are large, among the pixels with variance.
 class Extremes {
  public:
   void add(int x, int y, const Difference& d) {
@@ -372,8 +384,12 @@ FilmComparison compare(const Film& a, const Film& b, const CompareOptions& optio
         d.add(in_a, in_b, c);
         sums[c].a += in_a.value[c], sums[c].b += in_b.value[c];
         sums[c].difference += d;
-        if (c < kLuminance) sums[c].add(x, y, squares[c] = square_of(d));
-        if (c == kLuminance) extremes.add(a.x + x, a.y + y, d);
+        if (c < kLuminance) {
+          sums[c].add(x, y, squares[c] = square_of(d));
+        } else {
+          pool(in_a, in_b, d);
+          extremes.add(a.x + x, a.y + y, d);
+        }
       }
       sums[kLuminance].add(x, y, weigh(squares[0], squares[1], squares[2]));
     }

@@ -158,7 +158,7 @@ class Sweep {
       }
       if (n == 0) {
         const std::string why =
-            "one sample takes more than " + text_of_seconds(request.most_seconds);
+            "one sample of each pixel takes more than " + text_of_seconds(request.most_seconds);
         if (i == 0)
           throw Error("the budget is too short: for " + names_[0] + ' ' + why + "; " + o_.remedy);
         leave_out(i, why);

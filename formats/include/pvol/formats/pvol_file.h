@@ -67,6 +67,11 @@ struct PvolFile {
 struct PvolSizes {
   std::uint64_t header = 0, metadata = 0, bounds = 0, micro = 0, shell = 0, density = 0, fields = 0,
                 total = 0;
+
+  /// What no part accounts for.
+  [[nodiscard]] std::uint64_t padding() const {
+    return total - (header + metadata + bounds + micro + shell + density + fields);
+  }
 };
 
 /// `none` makes files that any program can read without a decompressor, and whose samples, if they

@@ -38,9 +38,9 @@ struct ChannelComparison {
   double systematic_half_width = 0;  ///< of its confidence interval; NaN for fewer than 4 blocks
 };
 
-/// The difference in luminance that is largest when measured in its own standard deviation, as
-/// estimated from the samples of its pixel: with few samples that estimate is noisy, as the law of
-/// Student takes into account. Pixels without variance are left out.
+/// The difference in luminance that is most significant beside its standard deviation, as estimated
+/// from the samples of its pixel in either picture or in both: with few samples that estimate is
+/// noisy, as the law of Student takes into account. Pixels without variance are left out.
 struct PixelExtreme {
   int x = 0, y = 0;    ///< in the whole image
   double sigmas = 0;   ///< signed
