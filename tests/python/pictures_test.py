@@ -83,6 +83,10 @@ class Pictures(unittest.TestCase):
             np.testing.assert_allclose(q.error, self.p.error, rtol=1e-3, atol=1e-7)
             np.testing.assert_allclose(q.aov("depth"), self.p.aov("depth"), rtol=1e-6)
             self.assertEqual(q.attributes["pvol:seed"], "1")
+            self.assertEqual(set(q.layers), {"samples", "variance", "lookups", "depth"})
+            np.testing.assert_allclose(q.aov("lookups"), self.p.aov("lookups"), rtol=1e-6)
+            with self.assertRaisesRegex(pvol.Error, "no layer 'transmittance'"):
+                q.aov("transmittance")
             self.assertFalse(pvol.compare(folder + "/p.exr", self.p)["verdict"]["bias_detected"])
             with self.assertRaisesRegex(Exception, "exr"):
                 self.p.save(folder + "/p.tiff")

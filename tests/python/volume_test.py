@@ -183,6 +183,8 @@ class Errors(unittest.TestCase):
         self.refused("python.sample_negative", lambda: pvol.Volume(self.with_value(-1)))
         self.refused("python.two_axes", lambda: pvol.Volume(np.ones((3, 3))))
         self.refused("python.complex_samples", lambda: pvol.Volume(np.ones((3, 3, 3), complex)))
+        masked = np.ma.masked_greater(np.full((3, 3, 3), 5.0), 3)
+        self.refused("python.masked_samples", lambda: pvol.Volume(masked))
         self.refused("python.matrix_of_three",
                      lambda: pvol.Volume(np.ones((3, 3, 3)), index_to_world=np.eye(3)))
         self.refused("python.matrix_last_row",

@@ -24,21 +24,29 @@ Plane plane_of(const Film& film, const Layer& layer) {
 
 }  // namespace
 
-std::vector<std::string> layer_names(const Film& film, bool counted) {
+AovSet figures_of_renders(bool counted) {
+  AovSet figures;
+  for (const FilmChannel& c : kFilmChannels) {
+    if (c.aov && (counted || !row(*c.aov).counted)) figures.add(*c.aov);
+  }
+  return figures;
+}
+
+std::vector<std::string> layer_names(const Film& film, AovSet figures) {
   std::vector<std::string> names;
   for (const FilmChannel& c : kFilmChannels) {
-    if (!c.aov || (row(*c.aov).counted && !counted)) continue;
+    if (!c.aov || !figures.has(*c.aov)) continue;
     if (names.empty() || names.back() != row(*c.aov).name) names.emplace_back(row(*c.aov).name);
   }
   for (const Layer& layer : film.layers) names.push_back(layer.name);
   return names;
 }
 
-Plane layer_of(const Film& film, bool counted, const std::string& name) {
-  const std::vector<std::string> known = layer_names(film, counted);
+Plane layer_of(const Film& film, AovSet figures, const std::string& name) {
+  const std::vector<std::string> known = layer_names(film, figures);
   if (std::ranges::find(known, name) == known.end()) {
     throw Error("the picture has no layer '" + name + "'; it has " + listed(known) +
-                ". Request others with aov=[...]");
+                ". Render it with others by aov=[...]");
   }
   for (const Layer& layer : film.layers) {
     if (layer.name == name) return plane_of(film, layer);

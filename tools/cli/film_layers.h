@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "pvol/render/aov.h"
 #include "pvol/render/film.h"
 
 namespace pvol::cli {
@@ -14,12 +15,15 @@ struct Plane {
   std::vector<float> values{};
 };
 
-/// What `layer_of` takes: the figures that each pixel has, counts only where the film is `counted`,
-/// and the film's own layers.
-[[nodiscard]] std::vector<std::string> layer_names(const Film& film, bool counted);
+/// The figures that each pixel of a rendered film has (film_channels.h), counts only where it is
+/// `counted`.
+[[nodiscard]] AovSet figures_of_renders(bool counted);
 
-/// A layer, or a figure that each pixel has, by the name of its AOV. Throws Error that lists those
-/// that there are.
-[[nodiscard]] Plane layer_of(const Film& film, bool counted, const std::string& name);
+/// What `layer_of` takes: these figures of each pixel, and the film's own layers.
+[[nodiscard]] std::vector<std::string> layer_names(const Film& film, AovSet figures);
+
+/// A layer, or one of these figures of each pixel, by the name of its AOV. Throws Error that lists
+/// those that there are.
+[[nodiscard]] Plane layer_of(const Film& film, AovSet figures, const std::string& name);
 
 }  // namespace pvol::cli

@@ -150,8 +150,8 @@ tone_map : str
 
 constexpr const char* kAovText = R"(A layer, (H, W) or (H, W, 3), by its name.
 
-"variance", "samples" and "transmittance" always exist; others are requested with aov=[...]
-(`pvol-render --help`); see `layers`.)";
+What is rendered has "variance", "samples" and "transmittance"; others are requested with aov=[...]
+(`pvol-render --help`). What is read has those of its file; see `layers`.)";
 
 }  // namespace
 
@@ -164,8 +164,9 @@ void bind_pictures(py::module_& m) {
       .def_property_readonly("samples", &samples, "Camera samples of each pixel, (H, W).")
       .def_property_readonly("layers", &layer_names, "Names for `aov`.")
       .def("aov", &aov, py::arg("name"), kAovText)
-      .def_property_readonly("counts", &counts,
-                             "Total work by name; empty without count=True or counting AOVs.")
+      .def_property_readonly(
+          "counts", &counts,
+          "Total work by name; empty without count=True or counting AOVs, and of what was read.")
       .def_readonly("plan", &Picture::plan,
                     "Choices of the renderer and their reasons, one per line.")
       .def_readonly("attributes", &Picture::attributes, "Attributes in the header of an .exr.")

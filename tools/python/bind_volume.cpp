@@ -54,6 +54,9 @@ py::array_t<float> samples_of(const py::array& array) {
                 std::string(py::str(array.dtype())) +
                 "; expected the samples of a lattice: three axes of real numbers");
   }
+  if (py::isinstance(array, py::module_::import("numpy").attr("ma").attr("MaskedArray"))) {
+    throw Error("the array is masked; expected one without a mask, such as array.filled(0)");
+  }
   auto samples = py::array_t<float, py::array::forcecast>::ensure(array);
   if (!samples) throw py::error_already_set();
   for (int axis = 0; axis < 3; ++axis) {

@@ -61,6 +61,7 @@ Picture describe(const cli::RenderJob& job, cli::TimedRender t) {
   picture.warnings = job.plan.warnings;
   picture.counts = t.result.counts;
   picture.counted = scene.options.count || counted(scene.options.aovs);
+  picture.figures = cli::figures_of_renders(picture.counted);
   picture.layout = cli::exr_options({.filtered = t.filtered.has_value()}, scene);
   t.samples = cli::count_samples(t.film());
   picture.attributes = cli::describe_picture(job, t);
@@ -178,16 +179,17 @@ Picture read_picture(const std::filesystem::path& file) {
   formats::StoredFilm stored = formats::read_film(file);
   Picture picture;
   picture.film = std::move(stored.film);
+  picture.figures = stored.figures;
   picture.attributes = std::move(stored.attributes);
   return picture;
 }
 
 std::vector<std::string> layer_names(const Picture& picture) {
-  return cli::layer_names(picture.film, picture.counted);
+  return cli::layer_names(picture.film, picture.figures);
 }
 
 cli::Plane layer_of(const Picture& picture, const std::string& name) {
-  return cli::layer_of(picture.film, picture.counted, name);
+  return cli::layer_of(picture.film, picture.figures, name);
 }
 
 }  // namespace pvol::python

@@ -38,6 +38,7 @@ struct Picture {
   Film film;
   Counts counts{};
   bool counted = false;
+  AovSet figures{};                               ///< of its pixels
   std::string plan;                               ///< a line for each choice, with its reason
   std::vector<std::string> warnings;              ///< what is likely to be a mistake
   std::map<std::string, std::string> attributes;  ///< of an EXR

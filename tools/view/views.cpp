@@ -35,9 +35,10 @@ std::optional<Plane> find_layer(const Film& film, const std::string& name) {
     }
     return plane;
   }
-  const std::vector<std::string> names = cli::layer_names(film, true);
+  const AovSet figures = cli::figures_of_renders(true);
+  const std::vector<std::string> names = cli::layer_names(film, figures);
   if (name == kColour || std::ranges::find(names, name) == names.end()) return std::nullopt;
-  return cli::layer_of(film, true, name);
+  return cli::layer_of(film, figures, name);
 }
 
 /// A film of the window of another with these three components as its colours.

@@ -207,6 +207,9 @@ StoredFilm read_pixels(Imf::MultiPartInputFile& in, const std::vector<int>& part
   film = detail::film_of(in.header(0));
   const Layout layout = layout_of(in, parts, film);
   stored.has_variances = has_variances(layout);
+  for (std::size_t i = 0; i < kFilmChannels.size(); ++i) {
+    if (kFilmChannels[i].aov && layout.has(i)) stored.figures.add(*kFilmChannels[i].aov);
+  }
   // Memory grows with what was decoded: a small damaged file cannot ask for gigabytes.
   for (int begin = 0; begin < film.crop_height; begin += detail::kZipRows) {
     Block block(begin, std::min(detail::kZipRows, film.crop_height - begin),

@@ -21,7 +21,7 @@ class Error(ValueError): ...
 class Volume:
     def __init__(
         self,
-        array: ArrayLike,
+        array: NDArray[Any],
         voxel_size: float | Sequence[float] | None = None,
         index_to_world: ArrayLike | None = None,
         name: str = "array",

@@ -131,6 +131,7 @@ void write_png(const std::filesystem::path& file, const Picture& picture);
 struct StoredFilm {
   Film film;
   bool has_variances = false;  ///< else every pixel counts as one sample, without variance
+  AovSet figures{};            ///< those of film_channels.h that the file has
   std::map<std::string, std::string> attributes;  ///< all of type string, such as "pvol:seed"
 };
 
