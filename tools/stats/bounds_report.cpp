@@ -114,8 +114,7 @@ std::vector<report::Content> byte_lines(const BoundsReport& r) {
     const formats::PvolSizes& b = *r.bytes;
     lines.push_back(
         Text{fmt::format("bytes: header {}, metadata {}, bounds {}, micro-bounds {}, shell {}, "
-                         "density {}, fields {}, "
-                         "padding {}, total {}",
+                         "density {}, fields {}, padding {}, total {}",
                          b.header, b.metadata, b.bounds, b.micro, b.shell, b.density, b.fields,
                          b.padding(), b.total)});
   }

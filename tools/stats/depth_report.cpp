@@ -23,8 +23,8 @@ struct PaperRow {
 constexpr PaperRow kPaper[] = {{4, 4.92, 4.34}, {8, 11.47, 20.42}, {16, 14.31, 19.02}};
 constexpr const char* kPaperLine =
     "In the paper \"Rendering of inhomogeneous volumes using perturbation functions\", of its own "
-    "clouds (table 1), against no octree, at depths 4 / 8 / 16: building takes 4.92 / 11.47 / 14.31 times as long, tracking "
-    "4.34 / 20.42 / 19.02 times less.";
+    "clouds (table 1), against no octree, at depths 4 / 8 / 16: building takes 4.92 / 11.47 / "
+    "14.31 times as long, tracking 4.34 / 20.42 / 19.02 times less.";
 
 /// A depth with its figures, and what both are compared with.
 struct Line {

@@ -121,9 +121,10 @@ constexpr const char* kMeanings =
     "independent. Squared errors in the column of luminance are those of the channels, weighted as "
     "in luminance. Systematic: the MSE less what noise explains, which may fall below 0; where the "
     "light varies across pixels, their positions in a pixel are spread more evenly than noise is, "
-    "and it is estimated too low; its interval counts how it varies over the picture as uncertainty, too. The verdict tests the means of the picture, its quarters, their quarters and so on, "
-    "and the systematic MSE, in every channel, with false alarms at the stated level for all tests "
-    "together.";
+    "and it is estimated too low; its interval counts how it varies over the picture as "
+    "uncertainty, too. The verdict tests the means of the picture, its quarters, their quarters "
+    "and so on, and the systematic MSE, in every channel, with false alarms at the stated level "
+    "for all tests together.";
 
 // --- pictures -----------------------------------------------------------------------------------
 
