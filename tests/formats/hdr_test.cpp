@@ -147,6 +147,21 @@ TEST_F(HdrTest, LongRunsOfPixelsAreRead) {
   EXPECT_EQ(sky.pixels.back(), value(1, 1));
 }
 
+TEST_F(HdrTest, OneCodeHoldsUpTo128ValuesAndARunOf127) {
+  // The code 128 counts values of their own; a run of none would be no code.
+  std::string line{2, 2, 0, char(255)};
+  for (std::size_t c = 0; c < 4; ++c) {
+    line += char(128);
+    for (int x = 0; x < 128; ++x) line += c == 3 ? char(136) : char(x);
+    line += {char(128 + 127), c == 3 ? char(136) : char(200)};
+  }
+  const ImageSky sky = read(kHead + "-Y 1 +X 255\n" + line);
+  ASSERT_EQ(sky.pixels.size(), 255u);
+  for (int x = 0; x < 255; ++x) {
+    EXPECT_EQ(sky.pixels[std::size_t(x)], Rgb(x < 128 ? float(x) : 200.0f)) << x;
+  }
+}
+
 TEST_F(HdrTest, ExposureAndCorrectionAreUndone) {
   const std::string body = picture(kUsual, new_runs).substr(kHead.size());
   expect_picture(read("#?RGBE\r\nEXPOSURE=0.5\nEXPOSURE=  4 \nFORMAT=32-bit_rle_rgbe\n\n" + body),

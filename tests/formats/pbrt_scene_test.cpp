@@ -180,6 +180,16 @@ TEST(PbrtScene, RectanglesThatShineFaceTheWayOfPbrts) {
   EXPECT_TRUE(s.file.scene.surfaces.empty());
 }
 
+TEST(PbrtScene, PatchesThatAreNotFlatAreNoted) {
+  const auto notes = [](const std::string& last) {
+    return notes_of(scene_of("Shape \"bilinearmesh\" \"point3 P\" [ 0 0 0  1 0 0  0 .001 0  " +
+                             last + " ]"));
+  };
+  EXPECT_TRUE(says(notes("1 .001 .01"), "pbrt.patch_bent"));
+  // Beside its longer side this one is as flat as single precision tells.
+  EXPECT_EQ(times_said(notes("1 .001 .0001"), "pbrt.patch_bent"), 0);
+}
+
 // pbrt-v4 renders this rectangle at 3.80, and the patch of its corners at 1.90.
 TEST(PbrtScene, EachTriangleOfARectangleHasThePower) {
   const std::string corners = "\"point3 P\" [ -1 -.5 0  1 -.5 0  -1 .5 0  1 .5 0 ]\n";
