@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "pvol/render/plan.h"
@@ -145,6 +146,78 @@ TEST(LineLamps, BesideASunBringWhatTheyBringAlone) {
   compare(beside, alone, "red", family);
   EXPECT_TRUE(family.passes());
   EXPECT_LT(std::sqrt(beside.variance.x), 0.03 * beside.mean.x);
+}
+
+/// A lamp of each kind over a ground, of three colours; the green one is rarely drawn.
+std::vector<Light> colourful_lamps() {
+  const Vec3d beside{18, 14, 10};
+  return {PointLight{{4, 3, 2}, Rgb(60.0f, 0.0f, 0.0f), "red"},
+          PointLight{{-14, -6, 8}, Rgb(400.0f, 0.0f, 0.0f), "red", 1, false},
+          SpotLight{.position = beside,
+                    .direction = Vec3d(0, 0, 0) - beside,
+                    .intensity = Rgb(0.0f, 6.0f, 0.0f),
+                    .group = "green"},
+          AreaLight{.position = {0, 16, -12},
+                    .direction = {0, -1, 0.5},
+                    .size = {6, 4},
+                    .radiance = Rgb(0.0f, 0.0f, 15.0f),
+                    .group = "blue",
+                    .visible_camera = false}};
+}
+constexpr std::array kColours = {"red", "green", "blue"};
+constexpr std::array kOrders = {"single", "multiple"};
+
+const Layer& layer_of(const Film& film, const std::string& name) {
+  return *std::ranges::find(film.layers, name, &Layer::name);
+}
+double total(const Layer& layer, int channel) {
+  double sum = 0;
+  for (const Vec3d& s : layer.sums) sum += s[channel];
+  return sum;
+}
+
+/// Of more than two lamps two are drawn, and count for all: each colour is what its one or two
+/// lamps bring alone, by the number of scatterings and by group.
+TEST(LineLamps, DrawnAmongSeveralBringByOrderWhatTheyBringAlone) {
+  CloudScene all = lit_by(0, 0.06);
+  all.environment = ConstantSky{Rgb(0.0f)};
+  all.surfaces = {PlaneSurface{.point = {0, -16, 0}, .material = {.albedo = Rgb(0.6f)}}};
+  all.lights = colourful_lamps();
+  all.options.guide = GuideUse::off;
+  all.options.aovs = {Aov::lights, Aov::scattering};
+  all.options.samples = 200;
+  const Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid), all);
+  std::array<std::array<proof::Moments, 2>, 3> of_all, of_one;  // by colour and order
+  for (std::uint64_t seed = 1; seed <= proof::samples(48u); ++seed) {
+    const Film together = picture(v, all, LineLamps::on, seed);
+    for (int c = 0; c < 3; ++c) {
+      CloudScene one = all;
+      std::erase_if(one.lights, [&](const Light& light) {
+        return std::visit([&](const auto& l) { return l.group != kColours[std::size_t(c)]; },
+                          light);
+      });
+      const Film alone = picture(v, one, LineLamps::on, 1000 + seed);
+      double orders = 0;
+      for (std::size_t k = 0; k < kOrders.size(); ++k) {
+        const double sum = total(layer_of(together, kOrders[k]), c);
+        of_all[std::size_t(c)][k].add(sum);
+        of_one[std::size_t(c)][k].add(total(layer_of(alone, kOrders[k]), c));
+        orders += sum;
+      }
+      EXPECT_NEAR(total(layer_of(together, kColours[std::size_t(c)]), c), orders, 1e-5 * orders);
+    }
+  }
+  proof::Family family;
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t k = 0; k < kOrders.size(); ++k) {
+      const proof::Moments &a = of_all[c][k], &b = of_one[c][k];
+      const double error = std::sqrt(a.variance_of_mean() + b.variance_of_mean());
+      const std::string name = std::string(kColours[c]) + ", " + kOrders[k];
+      family.add(name, proof::normal_p_value((a.mean() - b.mean()) / error));
+      EXPECT_LT(error, (k == 0 ? 0.03 : 0.1) * b.mean()) << name;
+    }
+  }
+  EXPECT_TRUE(family.passes());
 }
 
 /// A lamp that stands for a sun, and those at the cloud: it must not take the digits of their
