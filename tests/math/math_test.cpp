@@ -356,6 +356,7 @@ TEST(OrthonormalBasis, IsExactAlongTheAxesWithEitherZero) {
 
 TEST(Luminance, OfWhiteIsOne) {
   EXPECT_NEAR(luminance(Rgb(1.0f)), 1, 1e-7);
+  EXPECT_DOUBLE_EQ(luminance(Vec3d(1, 10, 100)), 0.2126 + 7.152 + 7.22);
   EXPECT_GT(luminance(Rgb(0, 1, 0)), luminance(Rgb(1, 0, 0)));
   EXPECT_GT(luminance(Rgb(1, 0, 0)), luminance(Rgb(0, 0, 1)));
 }

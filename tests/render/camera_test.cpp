@@ -92,6 +92,15 @@ TEST(Camera, IsThatOfHoudini) {
   EXPECT_LT(miss(Projection(c, 300, 500).ray(150, 0), t.to_world(top)), 1e-12);
 }
 
+TEST(Camera, OfNoOtherPlaceLooksAlongMinusZWithYUp) {
+  const Camera c;
+  EXPECT_EQ(c.position, Vec3d(0, 0, 0));
+  EXPECT_EQ(c.target, Vec3d(0, 0, -1));
+  EXPECT_EQ(c.up, Vec3d(0, 1, 0));
+  EXPECT_EQ(CameraPlace{}.target, c.target);
+  EXPECT_EQ(CameraPlace{}.up, c.up);
+}
+
 TEST(Camera, OddMatricesAreRefused) {
   const Turned t;
   Camera c;
