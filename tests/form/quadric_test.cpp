@@ -163,22 +163,6 @@ TEST(Quadric, GradientIsTheSlopeOfTheValue) {
   }
 }
 
-TEST(Quadric, GradientRangeHoldsTheGradient) {
-  Random random(5);
-  for (int n = 0; n < 1000; ++n) {
-    const Quadric q = random_quadric(random, true);
-    const Box b = random_box(random);
-    const GradientRange r = gradient_range(q, b);
-    for (int s = 0; s < 20; ++s) {
-      const Vec3d g = gradient(q, point_in(random, b));
-      const double slack = 1e-13 * (magnitude(q, b) + max_component(max(g, -g)));
-      EXPECT_TRUE(g.x >= r.x.lo - slack && g.x <= r.x.hi + slack);
-      EXPECT_TRUE(g.y >= r.y.lo - slack && g.y <= r.y.hi + slack);
-      EXPECT_TRUE(g.z >= r.z.lo - slack && g.z <= r.z.hi + slack);
-    }
-  }
-}
-
 Affine random_map(Random& random) {
   Affine a;
   do {

@@ -8,7 +8,7 @@
 #include "math/turns.h"
 #include "pvol/math/affine.h"
 #include "pvol/math/box.h"
-#include "pvol/math/circles.h"
+#include "pvol/math/circle.h"
 #include "pvol/math/nearest_word.h"
 #include "pvol/math/vec.h"
 
@@ -390,18 +390,6 @@ TEST(Circle, AnglesLieWithinTheStatedError) {
   EXPECT_EQ(turns_of(-1, 0), -0.25f);
   EXPECT_EQ(turns_of(0, -1), 0.5f);
   EXPECT_EQ(turns_of(-0.0f, -1), -0.5f);
-}
-
-TEST(Circle, FourPointsAreThoseOfOneEach) {
-  for (int i = 0; i <= 100'000; i += 4) {
-    const Float4 u = to_float(Int4{i, i + 1, i + 2, i + 3}) * 1e-5f;
-    const CirclePoints four = points_at_turns(u);
-    for (int k = 0; k < 4; ++k) {
-      const CirclePoint one = point_at_turns(u[k]);
-      EXPECT_EQ(four[k].cosine, one.cosine);
-      EXPECT_EQ(four[k].sine, one.sine);
-    }
-  }
 }
 
 TEST(NearestWord, TakesFewEdits) {

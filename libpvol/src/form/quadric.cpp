@@ -227,12 +227,6 @@ Interval range(const Quadric& q, const Box& box) {
   return {round_down(-bound(-q, box) - error), round_up(bound(q, box) + error)};
 }
 
-GradientRange gradient_range(const Quadric& q, const Box& box) {
-  const Axes<Interval> p{Interval{box.lo.x, box.hi.x}, Interval{box.lo.y, box.hi.y},
-                         Interval{box.lo.z, box.hi.z}};
-  return {slope(q, 0, p), slope(q, 1, p), slope(q, 2, p)};
-}
-
 Box bounds(const Quadric& q, double level) {
   const IntervalQuadric shifted{{q.square.x, q.square.y, q.square.z},
                                 {q.mixed.x, q.mixed.y, q.mixed.z},

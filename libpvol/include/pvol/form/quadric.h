@@ -58,12 +58,6 @@ using QuadricTerms = std::array<double, 10>;
 /// the bounds are attained but for a few ulp of the largest term.
 [[nodiscard]] Interval range(const Quadric& q, const Box& box);
 
-/// Holds each component of the gradient over the box; exact but for rounding.
-struct GradientRange {
-  Interval x, y, z;
-};
-[[nodiscard]] GradientRange gradient_range(const Quadric& q, const Box& box);
-
 /// A box that holds {Q >= level}: tight where the set is an ellipsoid, cylinder, slab or
 /// half-space; infinite on the axes along which the set is not bounded (or not seen to be).
 [[nodiscard]] Box bounds(const Quadric& q, double level = 0);
