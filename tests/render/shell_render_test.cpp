@@ -96,6 +96,13 @@ TEST(ShellRender, TheEstimateCountsWhatTheRenderDoes) {
   const double samples = 48 * 48 * 4, rays = choice.estimate.rays;
   EXPECT_NEAR(choice.estimate.boxed / rays, double(counts.shell_tests) / samples, 0.02);
   EXPECT_NEAR(choice.estimate.rejected / rays, double(counts.shell_rejections) / samples, 0.02);
+
+  scene.camera.target = 2 * scene.camera.position - scene.camera.target;  // behind it
+  const ShellEstimate away = choose_shell(s.volume, scene.scene()).estimate;
+  EXPECT_EQ(away.rays, choice.estimate.rays);
+  EXPECT_EQ(away.boxed, 0);
+  EXPECT_EQ(away.rejected, 0);
+  EXPECT_FALSE(away.pays());
 }
 
 TEST(ShellRender, AutomaticFollowsTheEstimate) {

@@ -191,5 +191,18 @@ TEST(SurfaceVisibility, ShadowsOnACatcherHaveTheColourOfTheLightThatIsLeft) {
   }
 }
 
+/// Of a colour that no light has, a photograph is dimmed as by the luminance.
+TEST(SurfaceVisibility, ShadowsOnACatcherDimColoursWithoutLightByItsLuminance) {
+  const Rgb sky(0.9f, 0.0f, 0.0f), sun(0.3f, 0.5f, 0.0f);
+  Pixel p = catcher_below_a_ball(ConstantSky{sky}, sun);
+  p.scene.options.aovs.add(Aov::transmittance_rgb);
+  const Film film = p.result().film;
+  const Vec3d through = value(film.layers.at(0), film, 0);
+  const double of_all = double(luminance(sky + sun)), hidden = 0.36 * double(luminance(sky));
+  EXPECT_NEAR(through.x, (0.64 * 0.9 + 0.3) / 1.2, 0.01);
+  EXPECT_NEAR(through.y, 1, 0.01);
+  EXPECT_NEAR(through.z, (of_all - hidden) / of_all, 0.01);
+}
+
 }  // namespace surface_visibility_test
 }  // namespace pvol::test
