@@ -304,9 +304,10 @@ TEST_F(Interrupt, AReaderOfTheOutputThatIsGoneEndsTheToolQuietly) {
 }
 
 TEST_F(Interrupt, InTheFilterSavesThePictureAsItIs) {
-  const RunResult r = run_on_terminal(
-      PVOL_RENDER, {ball, "-o", picture, "--size", "800x600", "--spp", "2", "--denoise"},
-      at_message("interrupt.during_filter", {SIGINT}));
+  const RunResult r = run_on_terminal(PVOL_RENDER,
+                                      {ball, "-o", picture, "--size", "800x600", "--spp", "2",
+                                       "--set", "medium.extinction=1", "--denoise"},
+                                      at_message("interrupt.during_filter", {SIGINT}));
   EXPECT_EQ(r.exit, 1) << r.err;
   EXPECT_TRUE(says(r.err, "interrupt.picture_unfiltered"));
   EXPECT_TRUE(std::filesystem::exists(picture));

@@ -12,6 +12,7 @@
 #include "image/sum_planes.h"
 #include "pvol/error.h"
 #include "pvol/formats/film_file.h"
+#include "pvol/formats/image.h"
 #include "support/effort.h"
 #include "support/messages.h"
 #include "support/temporary_folder.h"
@@ -144,6 +145,31 @@ TEST(FilmSums, AreReadToTheBit) {
       EXPECT_EQ(h.window.crop_height, 37);
     }
   }
+}
+
+/// Threads share the blocks of a call, and there are more for more of them.
+TEST(FilmSums, BytesDoNotDependOnThreads) {
+  const TemporaryFolder folder;
+  const Film film = some_film(true);
+  for (const ExrCompression compression :
+       {ExrCompression::none, ExrCompression::zips, ExrCompression::zip, ExrCompression::piz,
+        ExrCompression::dwaa}) {
+    for (const bool multipart : {false, true}) {
+      std::string by_one;
+      for (const int threads : {1, 2, 16}) {
+        use_exr_threads(threads);
+        write_exr(folder.file("a.exr"), film, {},
+                  {.multipart = multipart,
+                   .compression = compression,
+                   .sums = KeptSums{&film, some_record()}});
+        const std::string bytes = read_bytes(folder.file("a.exr"));
+        if (threads == 1) by_one = bytes;
+        EXPECT_TRUE(bytes == by_one) << threads << " threads, " << int(compression);
+        expect_same(film, read_film_file(folder.file("a.exr")).film);
+      }
+    }
+  }
+  use_exr_threads(1);
 }
 
 TEST(FilmSums, NamesOfAttributesMayBeLong) {

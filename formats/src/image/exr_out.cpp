@@ -6,11 +6,13 @@
 #include <ImfStringAttribute.h>
 #include <ImfThreading.h>
 
+#include <algorithm>
 #include <cstring>
 #include <fstream>
 #include <thread>
 
 #include "image/exr_color.h"
+#include "image/exr_zip.h"
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
 #include "pvol/formats/image.h"
@@ -67,6 +69,13 @@ void add_attributes(const std::map<std::string, std::string>& attributes, Imf::H
     }
     header.insert(name, Imf::StringAttribute(text));
   }
+}
+
+int rows_at_once(std::size_t row_bytes) {
+  constexpr std::size_t kMostBytes = std::size_t{32} << 20, kBlocksOfEach = 2;
+  const auto threads = std::size_t(std::max(1, Imf::globalThreadCount()));
+  const std::size_t fitting = kMostBytes / (row_bytes * kZipRows);
+  return kZipRows * int(std::clamp<std::size_t>(fitting, 1, kBlocksOfEach * threads));
 }
 
 bool store(double value, Imf::PixelType type, char* to) {

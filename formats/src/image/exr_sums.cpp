@@ -12,7 +12,6 @@
 
 #include "image/exr_check.h"
 #include "image/exr_out.h"
-#include "image/exr_zip.h"
 #include "pvol/error.h"
 
 namespace pvol::formats::detail {
@@ -133,20 +132,23 @@ Imf::Header make_sums_header(const Film& film, const FilmRecord& record) {
 void write_sums(Imf::OutputPart& out, const Film& film, const FilmRecord& record) {
   const std::vector<Plane> planes = planes_of(film.layers, choice_of(film, record));
   const auto width = std::size_t(film.crop_width);
-  std::vector<std::uint32_t> block(width * kZipRows * planes.size());
+  const int at_once =
+      std::min(rows_at_once(width * planes.size() * sizeof(std::uint32_t)), film.crop_height);
+  const std::size_t plane_size = width * std::size_t(at_once);
+  std::vector<std::uint32_t> rows_of_all(plane_size * planes.size());
   PixelRecord pixel = empty_record(film.layers);
-  for (int begin = 0; begin < film.crop_height; begin += kZipRows) {
-    const int rows = std::min(kZipRows, film.crop_height - begin);
+  for (int begin = 0; begin < film.crop_height; begin += at_once) {
+    const int rows = std::min(at_once, film.crop_height - begin);
     const std::size_t first = film.index(0, begin), count = width * std::size_t(rows);
     for (std::size_t i = 0; i < count; ++i) {
       load(film, first + i, pixel);
       for (std::size_t k = 0; k < planes.size(); ++k) {
-        block[k * width * kZipRows + i] = planes[k].get(pixel);
+        rows_of_all[k * plane_size + i] = planes[k].get(pixel);
       }
     }
     Imf::FrameBuffer buffer;
     for (std::size_t k = 0; k < planes.size(); ++k) {
-      std::uint32_t* const plane = block.data() + k * width * kZipRows;
+      std::uint32_t* const plane = rows_of_all.data() + k * plane_size;
       buffer.insert(planes[k].name, Imf::Slice::Make(Imf::UINT, plane, {film.x, film.y + begin},
                                                      film.crop_width, rows));
     }

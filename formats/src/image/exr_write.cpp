@@ -16,7 +16,6 @@
 #include "image/cryptomatte.h"
 #include "image/exr_out.h"
 #include "image/exr_sums.h"
-#include "image/exr_zip.h"
 #include "pvol/error.h"
 #include "pvol/formats/image.h"
 #include "pvol/render/film_channels.h"
@@ -113,17 +112,18 @@ Imf::Header header_of(const Film& film, const Group& group, const ExrOptions& o)
   return header;
 }
 
-/// Writes block by block, so that no second copy of the picture is needed. Returns how many values
+/// Writes some rows at a time, so that no second copy of the picture is needed. Returns how many values
 /// were clamped.
 template <class Out>
 std::uint64_t write_pixels(Out& out, const Film& film, const Group& group) {
   std::size_t pixel_bytes = 0;
   for (const Channel& c : group.channels) pixel_bytes += detail::bytes_of(c.type);
   const std::size_t row_bytes = std::size_t(film.crop_width) * pixel_bytes;
-  std::vector<char> block(row_bytes * detail::kZipRows);
+  const int at_once = std::min(detail::rows_at_once(row_bytes), film.crop_height);
+  std::vector<char> block(row_bytes * std::size_t(at_once));
   std::uint64_t clamped = 0;
-  for (int begin = 0; begin < film.crop_height; begin += detail::kZipRows) {
-    const int rows = std::min(detail::kZipRows, film.crop_height - begin);
+  for (int begin = 0; begin < film.crop_height; begin += at_once) {
+    const int rows = std::min(at_once, film.crop_height - begin);
     char* next = block.data();
     for (int y = begin; y < begin + rows; ++y) {
       for (int x = 0; x < film.crop_width; ++x) {
