@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "density/array_rows.h"
 #include "pvol/bounds/pyramid.h"
 #include "pvol/error.h"
 #include "pvol/math/rng.h"
@@ -58,6 +59,17 @@ TEST(MakeGrid, AsksTheCallerForBricksAndDropsEmptyOnes) {
   const VoxelGrid grid = make_grid({-3, 0, -8}, {17, 1, 9}, fill);
   ASSERT_EQ(grid.bricks.size(), 3u);
   for (const int z : {-8, 0, 8}) EXPECT_EQ(sample(grid, {15, 7, z + 7}), float(z + 100));
+}
+
+/// Of a box that no memory holds it is the bricks with a density that count, as some of them tell.
+TEST(MakeGrid, FitsIntoMemoryByWhatIsOccupied) {
+  const Vec3l lo(0, 0, 0), hi(1 << 17, 1 << 17, 1 << 17);
+  const auto occupied_up_to = [](std::int32_t end) {
+    return [end](Vec3i origin, float* values) { values[0] = origin.x < end ? 1.0f : 0.0f; };
+  };
+  EXPECT_NO_THROW(detail::require_grid_memory(lo, hi, occupied_up_to(0)));
+  EXPECT_THROW(detail::require_grid_memory(lo, hi, occupied_up_to(1 << 14)), Error);
+  EXPECT_THROW(detail::require_grid_memory(lo, hi, occupied_up_to(1 << 17)), Error);
 }
 
 TEST(MakeGrid, RefusesWhatIsNoDensity) {
