@@ -17,6 +17,7 @@ using test::cloud;
 using test::cloud_scene;
 using test::CloudScene;
 using test::cube_of_leaves;
+using test::layer;
 using test::run;
 using test::same_bytes;
 
@@ -26,13 +27,6 @@ AovSet all_but(std::initializer_list<Aov> left_out) {
     if (std::find(left_out.begin(), left_out.end(), r.aov) == left_out.end()) set.add(r.aov);
   }
   return set;
-}
-
-const Layer& layer(const Film& film, const std::string& name) {
-  for (const Layer& l : film.layers) {
-    if (l.name == name) return l;
-  }
-  throw Error("no layer " + name);
 }
 
 /// Sun, sky and emission, in media of any colour or of one.

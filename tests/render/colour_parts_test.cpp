@@ -7,6 +7,7 @@
 
 #include "pvol/render/denoise.h"
 #include "support/known_film.h"
+#include "support/pictures.h"
 #include "support/small_cloud.h"
 
 namespace pvol::test {
@@ -38,10 +39,6 @@ double off_sum(const Film& film, const std::vector<std::string>& names) {
       most = std::max(most, std::abs(sum[c] - is[c]) / std::max(1e-12, is[c]));
   }
   return most;
-}
-
-const Layer& layer(const Film& film, const std::string& name) {
-  return *std::ranges::find(film.layers, name, &Layer::name);
 }
 
 /// Of a layer that has a part of the light.

@@ -9,6 +9,7 @@
 #include "support/cloud_scene.h"
 #include "support/error_of.h"
 #include "support/messages.h"
+#include "support/pictures.h"
 
 namespace pvol::test {
 namespace invisible_lamps_test {
@@ -43,13 +44,6 @@ Lit lit_by(bool visible) {
   area.visible_camera = visible;
   s.lights = {ball, area};
   return lit;
-}
-
-const Layer& layer(const Film& film, const std::string& name) {
-  for (const Layer& l : film.layers) {
-    if (l.name == name) return l;
-  }
-  throw Error("no layer " + name);
 }
 
 TEST(InvisibleLamps, LightTheSameAndAreNotSeen) {

@@ -167,9 +167,6 @@ std::vector<Light> colourful_lamps() {
 constexpr std::array kColours = {"red", "green", "blue"};
 constexpr std::array kOrders = {"single", "multiple"};
 
-const Layer& layer_of(const Film& film, const std::string& name) {
-  return *std::ranges::find(film.layers, name, &Layer::name);
-}
 double total(const Layer& layer, int channel) {
   double sum = 0;
   for (const Vec3d& s : layer.sums) sum += s[channel];
@@ -199,12 +196,12 @@ TEST(LineLamps, DrawnAmongSeveralBringByOrderWhatTheyBringAlone) {
       const Film alone = picture(v, one, LineLamps::on, 1000 + seed);
       double orders = 0;
       for (std::size_t k = 0; k < kOrders.size(); ++k) {
-        const double sum = total(layer_of(together, kOrders[k]), c);
+        const double sum = total(layer(together, kOrders[k]), c);
         of_all[std::size_t(c)][k].add(sum);
-        of_one[std::size_t(c)][k].add(total(layer_of(alone, kOrders[k]), c));
+        of_one[std::size_t(c)][k].add(total(layer(alone, kOrders[k]), c));
         orders += sum;
       }
-      EXPECT_NEAR(total(layer_of(together, kColours[std::size_t(c)]), c), orders, 1e-5 * orders);
+      EXPECT_NEAR(total(layer(together, kColours[std::size_t(c)]), c), orders, 1e-5 * orders);
     }
   }
   proof::Family family;

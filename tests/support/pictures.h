@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <string>
 
+#include "pvol/error.h"
 #include "pvol/render/film.h"
 #include "pvol/volume/shutter.h"
 #include "support/statistics.h"
@@ -34,6 +35,14 @@ namespace pvol::test {
     if (!same_bytes(a.pixels[i], b.pixels[i])) return false;
   }
   return true;
+}
+
+/// The film's layer of this name; throws where there is none.
+[[nodiscard]] inline const Layer& layer(const Film& film, const std::string& name) {
+  for (const Layer& l : film.layers) {
+    if (l.name == name) return l;
+  }
+  throw Error("no layer " + name);
 }
 
 /// Mean of a part of a picture, with its variance.

@@ -71,11 +71,12 @@ void add_attributes(const std::map<std::string, std::string>& attributes, Imf::H
   }
 }
 
-int rows_at_once(std::size_t row_bytes) {
+int rows_at_once(const Film& film, std::size_t row_bytes) {
   constexpr std::size_t kMostBytes = std::size_t{32} << 20, kBlocksOfEach = 2;
   const auto threads = std::size_t(std::max(1, Imf::globalThreadCount()));
   const std::size_t fitting = kMostBytes / (row_bytes * kZipRows);
-  return kZipRows * int(std::clamp<std::size_t>(fitting, 1, kBlocksOfEach * threads));
+  const std::size_t blocks = std::clamp<std::size_t>(fitting, 1, kBlocksOfEach * threads);
+  return std::min(film.crop_height, kZipRows * int(blocks));
 }
 
 bool store(double value, Imf::PixelType type, char* to) {

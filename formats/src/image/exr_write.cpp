@@ -112,14 +112,14 @@ Imf::Header header_of(const Film& film, const Group& group, const ExrOptions& o)
   return header;
 }
 
-/// Writes some rows at a time, so that no second copy of the picture is needed. Returns how many values
-/// were clamped.
+/// Writes some rows at a time, so that no second copy of the picture is needed. Returns how many
+/// values were clamped.
 template <class Out>
 std::uint64_t write_pixels(Out& out, const Film& film, const Group& group) {
   std::size_t pixel_bytes = 0;
   for (const Channel& c : group.channels) pixel_bytes += detail::bytes_of(c.type);
   const std::size_t row_bytes = std::size_t(film.crop_width) * pixel_bytes;
-  const int at_once = std::min(detail::rows_at_once(row_bytes), film.crop_height);
+  const int at_once = detail::rows_at_once(film, row_bytes);
   std::vector<char> block(row_bytes * std::size_t(at_once));
   std::uint64_t clamped = 0;
   for (int begin = 0; begin < film.crop_height; begin += at_once) {
