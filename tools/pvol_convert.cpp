@@ -11,6 +11,7 @@
 #include "cli/json.h"
 #include "cli/load_scene.h"
 #include "cli/merge.h"
+#include "cli/picture_facts.h"
 #include "cli/picture_line.h"
 #include "cli/shell_export.h"
 #include "pvol/bounds/bound_grids.h"
@@ -246,9 +247,9 @@ int convert_picture(const Options& o) {
 }
 
 int convert_to_png(const Options& o) {
+  formats::use_exr_threads(0);
   const formats::StoredFilm stored = formats::read_film(o.input);
-  const auto background = stored.attributes.find("pvol:background");
-  const bool alpha = background != stored.attributes.end() && background->second == "off";
+  const bool alpha = cli::attribute(stored.attributes, "pvol:background") == "off";
   formats::write_png(o.output, stored.film, o.display, alpha);
   report(o, {}, {});
   return cli::kSuccess;

@@ -103,7 +103,6 @@ void render_and_save(const FrameJob& frame, const RenderJob& job, cli::ResumeSta
   std::optional<report::LivePage> live;
   if (frame.options.live) live.emplace(frame.outputs.png);
   const cli::SavesOnInterrupt saves;
-  formats::use_exr_threads(job.file.scene.options.threads);
   const TimedRender t = render(frame, job, std::move(begun), live ? &*live : nullptr);
   cli::save(frame, job, t);
   if (live) end_live(*live, t);
@@ -146,6 +145,7 @@ void do_frame(FrameJob& frame, const std::optional<formats::SceneFile>& chosen,
     tell_finished(frame, frame.in_sequence->label + ": ", outcome);
     return;
   }
+  formats::use_exr_threads(frame.scene.scene.options.threads);
   RenderJob job = cli::load(frame);
   cli::make_plan(frame, job);
   if (frame.options.print_scene) {

@@ -103,16 +103,20 @@ void expect_same(const Film& a, const Film& b) {
     EXPECT_EQ(a.pixels[i].group_samples, b.pixels[i].group_samples);
   }
   ASSERT_EQ(a.layers.size(), b.layers.size());
+  ASSERT_EQ(a.remainders.layers.size(), b.remainders.layers.size());
   for (std::size_t k = 0; k < a.layers.size(); ++k) {
     EXPECT_EQ(a.layers[k].name, b.layers[k].name);
     EXPECT_EQ(a.layers[k].components, b.layers[k].components);
     EXPECT_EQ(a.layers[k].least, b.layers[k].least);
     EXPECT_EQ(a.layers[k].weights, b.layers[k].weights);
-    EXPECT_EQ(a.remainders.layers[k].weights, b.remainders.layers[k].weights);
+    const bool exact = k < a.remainders.layers.size();  // else read without its sums
+    if (exact) {
+      EXPECT_EQ(a.remainders.layers[k].weights, b.remainders.layers[k].weights);
+    }
     const bool one = a.layers[k].components.size() == 1;
     for (std::size_t i = 0; i < a.pixels.size(); ++i) {
       EXPECT_EQ(a.layers[k].sums[i].x, b.layers[k].sums[i].x);
-      if (!one) {
+      if (exact && !one) {
         EXPECT_EQ(a.remainders.layers[k].sums[i], b.remainders.layers[k].sums[i]);
       }
     }
@@ -156,6 +160,7 @@ TEST(FilmSums, BytesDoNotDependOnThreads) {
         ExrCompression::dwaa}) {
     for (const bool multipart : {false, true}) {
       std::string by_one;
+      Film picture;
       for (const int threads : {1, 2, 16}) {
         use_exr_threads(threads);
         write_exr(folder.file("a.exr"), film, {},
@@ -166,6 +171,10 @@ TEST(FilmSums, BytesDoNotDependOnThreads) {
         if (threads == 1) by_one = bytes;
         EXPECT_TRUE(bytes == by_one) << threads << " threads, " << int(compression);
         expect_same(film, read_film_file(folder.file("a.exr")).film);
+        if (compression == ExrCompression::dwaa) continue;  // whose halves do not hold this picture
+        const Film read = read_film(folder.file("a.exr")).film;
+        if (threads == 1) picture = read;
+        expect_same(picture, read);
       }
     }
   }

@@ -397,13 +397,17 @@ TEST_F(Image, SkyComesBackFromEveryLayout) {
 }
 
 TEST_F(Image, SkyReadsWhatTheRendererWrote) {
-  const Film film = random_film(40, 30, 0, 0, 40, 30);
+  const Film film = random_film(40, 130, 0, 0, 40, 130);
   write_exr(file("a.exr"), film, {});
-  const ImageSky sky = read_sky(file("a.exr"));
-  ASSERT_EQ(sky.pixels.size(), film.pixels.size());
-  for (std::size_t i = 0; i < sky.pixels.size(); ++i) {
-    EXPECT_EQ(sky.pixels[i], Rgb(mean(film.pixels[i])));
+  for (const int threads : {1, 3}) {
+    use_exr_threads(threads);
+    const ImageSky sky = read_sky(file("a.exr"));
+    ASSERT_EQ(sky.pixels.size(), film.pixels.size());
+    for (std::size_t i = 0; i < sky.pixels.size(); ++i) {
+      EXPECT_EQ(sky.pixels[i], Rgb(mean(film.pixels[i]))) << threads << " threads";
+    }
   }
+  use_exr_threads(1);
 }
 
 /// As wide as a render takes them.

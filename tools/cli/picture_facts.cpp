@@ -24,6 +24,11 @@ std::string attribute_text(const Value& value) {
   return j.is_string() ? j.get<std::string>() : j.dump();
 }
 
+std::string attribute(const std::map<std::string, std::string>& all, const std::string& name) {
+  const auto found = all.find(name);
+  return found == all.end() ? "" : found->second;
+}
+
 std::array<std::string, 2> first_difference(const std::string& a, const std::string& b,
                                             const std::vector<std::string_view>& keys) {
   std::istringstream in_a(a), in_b(b);

@@ -21,6 +21,10 @@ namespace pvol::cli {
 [[nodiscard]] Json to_json(const Value& value);
 [[nodiscard]] std::string attribute_text(const Value& value);
 
+/// What a header says under a name; empty where it says nothing.
+[[nodiscard]] std::string attribute(const std::map<std::string, std::string>& all,
+                                    const std::string& name);
+
 /// The first line in which two scenes of headers differ, in each of them, but for those that begin
 /// with one of some keys; empty where none does.
 [[nodiscard]] std::array<std::string, 2> first_difference(

@@ -16,11 +16,6 @@ namespace {
 
 using Attributes = std::map<std::string, std::string>;
 
-std::string attribute(const Attributes& all, const std::string& name) {
-  const auto found = all.find(name);
-  return found == all.end() ? "" : found->second;
-}
-
 bool have_same_window(const formats::FilmPiece& a, const formats::FilmPiece& b) {
   return a.x == b.x && a.y == b.y && a.width == b.width && a.height == b.height;
 }

@@ -3,6 +3,7 @@
 
 #include <iostream>
 
+#include "cli/picture_facts.h"
 #include "pvol/formats/cloud.h"
 #include "pvol/formats/image.h"
 #include "pvol/measure/compare.h"
@@ -15,15 +16,10 @@
 namespace pvol::cli {
 namespace {
 
-std::string attribute(const formats::StoredFilm& f, const std::string& name) {
-  const auto found = f.attributes.find(name);
-  return found == f.attributes.end() ? "" : found->second;
-}
-
 std::vector<std::string> warnings_of(const ImageReport& r) {
   std::vector<std::string> w;
-  const std::string seed = attribute(r.a, "pvol:seed");
-  if (!seed.empty() && seed == attribute(r.b, "pvol:seed")) {
+  const std::string seed = attribute(r.a.attributes, "pvol:seed");
+  if (!seed.empty() && seed == attribute(r.b.attributes, "pvol:seed")) {
     w.push_back(fmt::format(
         "both pictures were rendered with seed {}: the random numbers that they share make every "
         "interval too wide and may hide a bias; render one of them again with another --seed",
@@ -35,7 +31,7 @@ std::vector<std::string> warnings_of(const ImageReport& r) {
                   " has no variances, so noise and bias cannot be told apart; render it with --aov "
                   "variance,samples");
     }
-    if (attribute(*film, "pvol:denoised") == "on") {
+    if (attribute(film->attributes, "pvol:denoised") == "on") {
       w.push_back(name +
                   ": was filtered by --denoise: its pixels are not independent, so intervals and "
                   "findings of bias are invalid. Compare a picture without the filter");
@@ -66,6 +62,7 @@ int run_image(const ImageOptions& o) {
     throw UsageError("the map " + o.map->string() + " is one of the pictures to be compared");
   }
   if (o.html) check_output(*o.html, {".html", ".htm"});
+  formats::use_exr_threads(0);
   ImageReport r{o.a.string(), o.b.string(), formats::read_film(o.a), formats::read_film(o.b), {}};
   r.comparison = naming(o.a, [&] {
     return measure::compare(r.a.film, r.b.film, {o.confidence, o.level});

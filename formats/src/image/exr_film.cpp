@@ -15,7 +15,7 @@
 
 #include "image/cryptomatte.h"
 #include "image/exr_check.h"
-#include "image/exr_zip.h"
+#include "image/exr_threads.h"
 #include "pvol/error.h"
 #include "pvol/formats/image.h"
 #include "pvol/render/film_channels.h"
@@ -211,9 +211,11 @@ StoredFilm read_pixels(Imf::MultiPartInputFile& in, const std::vector<int>& part
     if (kFilmChannels[i].aov && layout.has(i)) stored.figures.add(*kFilmChannels[i].aov);
   }
   // Memory grows with what was decoded: a small damaged file cannot ask for gigabytes.
-  for (int begin = 0; begin < film.crop_height; begin += detail::kZipRows) {
-    Block block(begin, std::min(detail::kZipRows, film.crop_height - begin),
-                std::size_t(film.crop_width), film.layers.size());
+  const auto width = std::size_t(film.crop_width);
+  const int at_once = detail::rows_at_once(
+      film.crop_height, width * (sizeof(Values) + film.layers.size() * sizeof(Vec3f)));
+  for (int begin = 0; begin < film.crop_height; begin += at_once) {
+    Block block(begin, std::min(at_once, film.crop_height - begin), width, film.layers.size());
     for (const int part : parts) read_block(in, part, layout, block);
     add_block(block, layout, film);
   }

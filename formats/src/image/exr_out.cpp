@@ -4,15 +4,12 @@
 #include <ImfStandardAttributes.h>
 #include <ImfStdIO.h>
 #include <ImfStringAttribute.h>
-#include <ImfThreading.h>
 
 #include <algorithm>
 #include <cstring>
 #include <fstream>
-#include <thread>
 
 #include "image/exr_color.h"
-#include "image/exr_zip.h"
 #include "pvol/error.h"
 #include "pvol/formats/atomic_file.h"
 #include "pvol/formats/image.h"
@@ -71,14 +68,6 @@ void add_attributes(const std::map<std::string, std::string>& attributes, Imf::H
   }
 }
 
-int rows_at_once(const Film& film, std::size_t row_bytes) {
-  constexpr std::size_t kMostBytes = std::size_t{32} << 20, kBlocksOfEach = 2;
-  const auto threads = std::size_t(std::max(1, Imf::globalThreadCount()));
-  const std::size_t fitting = kMostBytes / (row_bytes * kZipRows);
-  const std::size_t blocks = std::clamp<std::size_t>(fitting, 1, kBlocksOfEach * threads);
-  return std::min(film.crop_height, kZipRows * int(blocks));
-}
-
 bool store(double value, Imf::PixelType type, char* to) {
   auto v = float(value);
   if (type == Imf::FLOAT) {
@@ -115,11 +104,3 @@ void write_exr_file(const std::filesystem::path& file, const Film& film,
 }
 
 }  // namespace pvol::formats::detail
-
-namespace pvol::formats {
-
-void use_exr_threads(int threads) {
-  Imf::setGlobalThreadCount(threads > 0 ? threads : int(std::thread::hardware_concurrency()));
-}
-
-}  // namespace pvol::formats

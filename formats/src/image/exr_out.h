@@ -25,10 +25,6 @@ void add_attributes(const std::map<std::string, std::string>& attributes, Imf::H
 
 [[nodiscard]] inline std::size_t bytes_of(Imf::PixelType type) { return type == Imf::HALF ? 2 : 4; }
 
-/// How many of the film's rows, of so many bytes each, to write by one call: OpenEXR's threads
-/// share the blocks of a call. Some for each thread, as far as they fit into 32 MB.
-[[nodiscard]] int rows_at_once(const Film& film, std::size_t row_bytes);
-
 /// Puts a value into `to` as float or half; whether half cannot hold it, and it was clamped.
 bool store(double value, Imf::PixelType type, char* to);
 

@@ -10,7 +10,7 @@
 
 #include "image/exr_check.h"
 #include "image/exr_color.h"
-#include "image/exr_zip.h"
+#include "image/exr_threads.h"
 #include "image/sky_readers.h"
 #include "pvol/error.h"
 #include "pvol/formats/image.h"
@@ -49,8 +49,9 @@ ImageSky read_pixels(Imf::InputFile& in) {
   const std::size_t width = std::size_t(sky.width);
   std::vector<Rgb>& pixels = sky.pixels.edit();
   // Memory grows with what was decoded: a small damaged file cannot ask for gigabytes.
-  for (int begin = 0; begin < sky.height; begin += detail::kZipRows) {
-    const int rows = std::min(detail::kZipRows, sky.height - begin);
+  const int at_once = detail::rows_at_once(sky.height, width * sizeof(Rgb));
+  for (int begin = 0; begin < sky.height; begin += at_once) {
+    const int rows = std::min(at_once, sky.height - begin);
     const std::size_t first = pixels.size();
     pixels.resize(first + width * std::size_t(rows));
     const Imath::V2i origin{box.min.x, box.min.y + begin};

@@ -12,6 +12,7 @@
 
 #include "image/exr_check.h"
 #include "image/exr_out.h"
+#include "image/exr_threads.h"
 #include "pvol/error.h"
 
 namespace pvol::formats::detail {
@@ -132,7 +133,7 @@ Imf::Header make_sums_header(const Film& film, const FilmRecord& record) {
 void write_sums(Imf::OutputPart& out, const Film& film, const FilmRecord& record) {
   const std::vector<Plane> planes = planes_of(film.layers, choice_of(film, record));
   const auto width = std::size_t(film.crop_width);
-  const int at_once = rows_at_once(film, width * planes.size() * sizeof(std::uint32_t));
+  const int at_once = rows_at_once(film.crop_height, width * planes.size() * sizeof(std::uint32_t));
   const std::size_t plane_size = width * std::size_t(at_once);
   std::vector<std::uint32_t> rows_of_all(plane_size * planes.size());
   PixelRecord pixel = empty_record(film.layers);

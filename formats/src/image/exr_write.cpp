@@ -16,6 +16,7 @@
 #include "image/cryptomatte.h"
 #include "image/exr_out.h"
 #include "image/exr_sums.h"
+#include "image/exr_threads.h"
 #include "pvol/error.h"
 #include "pvol/formats/image.h"
 #include "pvol/render/film_channels.h"
@@ -119,7 +120,7 @@ std::uint64_t write_pixels(Out& out, const Film& film, const Group& group) {
   std::size_t pixel_bytes = 0;
   for (const Channel& c : group.channels) pixel_bytes += detail::bytes_of(c.type);
   const std::size_t row_bytes = std::size_t(film.crop_width) * pixel_bytes;
-  const int at_once = detail::rows_at_once(film, row_bytes);
+  const int at_once = detail::rows_at_once(film.crop_height, row_bytes);
   std::vector<char> block(row_bytes * std::size_t(at_once));
   std::uint64_t clamped = 0;
   for (int begin = 0; begin < film.crop_height; begin += at_once) {
