@@ -251,6 +251,7 @@ void check_density(const Options& o) {
 
 /// Refuses what the command line cannot mean, before any work.
 void check_options(const Options& o) {
+  formats::refuse_folder(o.input, "a .vdb, .nvdb or .toml (a recipe)");
   const std::string kind = formats::ending(o.input);
   if (kind != ".vdb" && kind != ".nvdb" && kind != ".toml") {
     throw cli::UsageError(

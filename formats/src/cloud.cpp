@@ -89,10 +89,7 @@ LoadedGrid load_recipe(const std::filesystem::path& file, const GridOptions& opt
 }
 
 [[noreturn]] void refuse_kind(const std::filesystem::path& file) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(file, ignored)) {
-    throw Error(file.string() + ": is a folder; expected a .vdb, .nvdb, .pvol or .toml (a recipe)");
-  }
+  refuse_folder(file, "a .vdb, .nvdb, .pvol or .toml (a recipe)");
   const std::string kind = ending(file);
   std::string what_to_do;
   if (kind == ".gz") what_to_do = "; unpack it first: gunzip " + file.string();
@@ -151,6 +148,12 @@ Cloud load_pvol(const std::filesystem::path& file, const GridOptions& options, L
 }
 
 }  // namespace
+
+void refuse_folder(const std::filesystem::path& file, const std::string& expected) {
+  std::error_code ignored;
+  if (!std::filesystem::is_directory(file, ignored)) return;
+  throw Error(file.string() + ": is a folder; expected " + expected);
+}
 
 std::string ending(const std::filesystem::path& file) {
   std::string e = file.extension().string();

@@ -109,5 +109,25 @@ TEST_F(SurfaceScenes, WhatGoesWrongIsToldWithItsFile) {
   (void)render(ground_, {"--set", "solid=[{file=\"" + write("half.toml", flow) + "\"}]"});
 }
 
+TEST_F(SurfaceScenes, FilesThatAreMissingAreToldWithWhereTheSceneNamesThem) {
+  const std::string ball = sample("cumulus.toml");
+  const auto fault = [&](const std::string& text) {
+    const std::string scene = write("shot.toml", text);
+    return render(scene, {}, 1).err;
+  };
+  const std::string volume = "[volume]\nfile = \"" + ball + "\"\n[[mesh]]\n";
+  EXPECT_TRUE(says(fault("[volume]\nfile = \"none.vdb\"\n"), "surfaces.place_of_volume"));
+  EXPECT_TRUE(says(fault(volume + "file = \"none.ply\"\n"), "surfaces.place_of_mesh"));
+  EXPECT_TRUE(says(fault(volume + "file = \"" + folder_.path().string() + "\"\n"),
+                   "surfaces.place_of_folder"));
+  EXPECT_TRUE(
+      says(run_tool(PVOL_STATS, {"trade", folder_ / "shot.toml"}).err, "surfaces.place_in_stats"));
+  // What a file says is its own affair, and what --set names has no place in the scene.
+  write("empty.obj", "v 0 0 0\n");
+  EXPECT_TRUE(says(fault(volume + "file = \"empty.obj\"\n"), "surfaces.vertices_no_face"));
+  EXPECT_TRUE(says(render(ground_, {"--set", "volume.file=" + (folder_ / "none.vdb")}, 1).err,
+                   "tools.file_missing"));
+}
+
 }  // namespace surfaces_test
 }  // namespace pvol

@@ -198,10 +198,7 @@ TEST_F(SceneText, BadSetsAreRefusedWithTheirText) {
       {"medium.g=0.5.5", "scene.set_g_0_5_5"},
       {"medium.albedo=[1, 2", "scene.set_value_not_valid"},
       {"medium.albedo=[1, 2, 1]", "scene.set_albedo_2_2"},
-      {
-          "volume.file.x=1",
-          "scene.set_volume_cloud_no_keys",
-      },
+      {"volume.grid.x=1", "scene.set_volume_grid_no_keys"},
       {"camera.target=[0, 0, 0]", "scene.set_camera_no_position"},
       {"volume[2].grid=smoke", "scene.set_volume_table_not_list"},
       {"sun[2].angle=1", "scene.set_no_sun"},
@@ -212,7 +209,8 @@ TEST_F(SceneText, BadSetsAreRefusedWithTheirText) {
       {"g=0.5", "scene.set_no_key_g"},
   };
   for (const auto& [set, key] : cases) {
-    EXPECT_TRUE(says(error("[volume]\nfile = \"cloud.pvol\"\n", {set}), key)) << set;
+    EXPECT_TRUE(says(error("[volume]\nfile = \"cloud.pvol\"\ngrid = \"smoke\"\n", {set}), key))
+        << set;
   }
 }
 

@@ -32,6 +32,11 @@ TEST(Limits, TakeWhatTheySayAndNameWhatTheyExpected) {
   for (const double v : {0.0, -0.5, 1.5, std::nan(""), double(INFINITY)}) {
     EXPECT_TRUE(says(refusal(half, v), "limits.number_above_zero")) << v;
   }
+  const Limits not_negative = number(Range::at_least(0));
+  EXPECT_TRUE(says(refusal(not_negative, -1.0), "limits.number_least"));
+  for (const double v : {std::nan(""), double(INFINITY)}) {
+    EXPECT_TRUE(says(refusal(not_negative, v), "limits.finite_number_least")) << v;
+  }
   EXPECT_TRUE(says(refusal(number(), "x"), "limits.finite_number"));
   EXPECT_TRUE(says(refusal(whole(1, 5), 2.0), "limits.whole_number"));
   EXPECT_TRUE(says(refusal(whole(1, 5), std::int64_t(6)), "limits.whole_number"));
@@ -96,6 +101,8 @@ TEST(Limits, TextsOfCommandLinesBecomeValuesAndComeBack) {
     EXPECT_EQ(refusal(limits, value), "") << text;
     EXPECT_EQ(command_text(limits, value), text);
   }
+  EXPECT_EQ(parse_value(whole(1, 9999).times(2, 'x'), "640X480"),
+            parse_value(whole(1, 9999).times(2, 'x'), "640x480"));
   for (const char* text : {"", "1x", "x", "1x2x3", "0x4", "1,2", "1.5x2", "axb"}) {
     EXPECT_NE(refusal(whole(1, 9999).times(2, 'x'), parse_value(whole(1, 9).times(2, 'x'), text)),
               "")

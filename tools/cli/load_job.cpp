@@ -9,6 +9,7 @@
 #include "cli/cli.h"
 #include "cli/filter_picture.h"
 #include "cli/load_scene.h"
+#include "cli/missing_file.h"
 #include "cli/picture_key.h"
 #include "cli/scene_clouds.h"
 #include "cli/stage_files.h"
@@ -109,7 +110,11 @@ RenderJob load(const FrameJob& frame) {
   job.denoise = o.denoise;
   if (!o.print_scene && !o.split.parts) require_film_memory(job.file.scene.options);
   const StagedFiles staged = use_local_copies(kRenderTool, local_folder(o.local_copies), job.file);
-  load_scene(o, job);
+  try {
+    load_scene(o, job);
+  } catch (const Error& e) {
+    rethrow_with_place(e, o.input, job.file);
+  }
   if (!o.print_scene && !o.split.parts) job.key = picture_key(job.file);
   restore_names(staged, job.file);
   for (std::size_t i = 0; i < job.volumes.size(); ++i) {

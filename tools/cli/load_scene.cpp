@@ -232,6 +232,7 @@ formats::SceneFile read_scene(const std::filesystem::path& input,
 void load_sky(const std::string& tool, formats::SceneFile& file) {
   auto* sky = std::get_if<ImageSky>(&file.scene.environment);
   if (!sky) return;
+  formats::use_exr_threads(file.scene.options.threads);
   ImageSky picture =
       formats::read_sky(sky->file, {sky->color_space, file.scene.options.color_space});
   if (picture.width != 2 * picture.height) {

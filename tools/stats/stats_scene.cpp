@@ -9,6 +9,7 @@
 #include "cli/cli.h"
 #include "cli/instructions.h"
 #include "cli/load_scene.h"
+#include "cli/missing_file.h"
 #include "pvol/error.h"
 #include "pvol/render/render.h"
 #include "pvol/render/scene_volume.h"
@@ -110,11 +111,15 @@ Scene requested(const LoadedScene& loaded, const measure::RunRequest& request, i
 LoadedScene load_scene(const SceneOptions& o, int pixels, bool quiet) {
   formats::SceneFile file = read(o);
   const formats::SceneFile as_read = file;
-  LoadedScene loaded = load_scene(std::move(file), o, pixels, [&](formats::SceneVolume& v) {
-    return load_cloud({"pvol-stats", quiet}, v, o.grid.strict, as_read);
-  });
-  print_warnings("pvol-stats", loaded.warnings);
-  return loaded;
+  try {
+    LoadedScene loaded = load_scene(std::move(file), o, pixels, [&](formats::SceneVolume& v) {
+      return load_cloud({"pvol-stats", quiet}, v, o.grid.strict, as_read);
+    });
+    print_warnings("pvol-stats", loaded.warnings);
+    return loaded;
+  } catch (const Error& e) {
+    rethrow_with_place(e, o.input, as_read);
+  }
 }
 
 LoadedScene load_scene(formats::SceneFile file, const SceneOptions& o, int pixels,

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cerrno>
 
+#include "file/require_regular.h"
 #include "pvol/error.h"
 
 namespace pvol::formats::detail {
@@ -29,7 +30,7 @@ ByteSource::ByteSource(std::filesystem::path file) : file_(std::move(file)) {
   struct stat info = {};
   if (::fstat(descriptor_, &info) != 0 || !S_ISREG(info.st_mode)) {
     ::close(descriptor_);
-    throw Error("cannot read " + file_.string() + ": expected a regular file");
+    require_regular(file_, info.st_mode);
   }
   size_ = std::uint64_t(info.st_size);
 }

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <system_error>
 
+#include "file/require_regular.h"
 #include "pvol/error.h"
 
 namespace pvol::formats::detail {
@@ -34,7 +35,7 @@ MappedFile::MappedFile(const std::filesystem::path& file) {
     if (at != MAP_FAILED) bytes_ = {static_cast<const std::byte*>(at), std::size_t(info.st_size)};
   }
   ::close(fd);
-  if (!is_file) throw Error("cannot read " + file.string() + ": expected a regular file");
+  if (!is_file) require_regular(file, info.st_mode);
   if (info.st_size > 0 && bytes_.empty()) fail(file);
 }
 

@@ -78,6 +78,7 @@ std::string shown(std::string_view text) {
 }  // namespace detail
 
 TriangleMesh read_mesh(const std::filesystem::path& file) {
+  refuse_folder(file, "a mesh (.obj or .ply)");
   const std::string extension = ending(file);
   if (extension != ".obj" && extension != ".ply") {
     throw Error(file.string() + ": meshes are read from .obj and .ply; convert the file to one");

@@ -17,19 +17,25 @@ namespace {
 /// Whether a text under this key, in whatever section, is the name of a file.
 bool names_file(std::string_view key) { return key == "file" || key == kPhaseTable; }
 
-/// Makes relative file names of the scene relative to the current folder.
-void resolve_files(TomlTable& table, const std::filesystem::path& folder) {
+/// visit(value, text) for each name of a file in a table and those within it.
+template <class Visit>
+void visit_names(TomlTable& table, const Visit& visit) {
   for (TomlValue& member : table.members) {
     if (auto* text = std::get_if<std::string>(&member.value)) {
-      if (names_file(member.key) && !text->empty()) *text = (folder / *text).string();
+      if (names_file(member.key) && !text->empty()) visit(member, *text);
     } else if (auto* inner = std::get_if<TomlTable>(&member.value)) {
-      resolve_files(*inner, folder);
+      visit_names(*inner, visit);
     } else if (auto* array = std::get_if<TomlArray>(&member.value)) {
       for (TomlValue& item : *array) {
-        if (auto* row = std::get_if<TomlTable>(&item.value)) resolve_files(*row, folder);
+        if (auto* row = std::get_if<TomlTable>(&item.value)) visit_names(*row, visit);
       }
     }
   }
+}
+
+/// Makes relative file names of the scene relative to the current folder.
+void resolve_files(TomlTable& table, const std::filesystem::path& folder) {
+  visit_names(table, [&](TomlValue&, std::string& text) { text = (folder / text).string(); });
 }
 
 /// Refuses what a matrix says, too.
@@ -276,6 +282,16 @@ SceneFile read_scene(const std::filesystem::path& file, const std::vector<std::s
   apply_sets(root, sets);
   load_phase_files(root);
   return read_table(root);
+}
+
+std::string where_named(const std::filesystem::path& scene, const std::filesystem::path& file) {
+  TomlTable root = parse_toml_file(scene);
+  resolve_files(root, scene.parent_path());
+  std::string where;
+  visit_names(root, [&](const TomlValue& value, const std::string& text) {
+    if (where.empty() && text == file) where = value.where + ": " + value.name;
+  });
+  return where;
 }
 
 SceneFile parse_scene(const std::string& text, const std::string& name) {

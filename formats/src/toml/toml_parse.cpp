@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "pvol/error.h"
+#include "pvol/formats/cloud.h"
 #include "toml/toml_depth.h"
 #include "toml/toml_table.h"
 
@@ -214,10 +215,8 @@ TomlTable parse_toml(std::string_view text, const std::string& source) {
 }
 
 TomlTable parse_toml_file(const std::filesystem::path& file) {
+  refuse_folder(file, "a TOML file");
   std::error_code ignored;
-  if (std::filesystem::is_directory(file, ignored)) {
-    throw Error(file.string() + ": is a folder; expected a TOML file");
-  }
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw Error(file.string() + ": cannot be read; check the name and its permissions");
   if (std::filesystem::is_regular_file(file, ignored) &&

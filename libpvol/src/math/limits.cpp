@@ -38,6 +38,15 @@ std::string one_text(const Limits& l) {
   return listed(items);
 }
 
+/// What was expected in place of one that is refused.
+std::string text_against(const Limits& l, const Value& v) {
+  const std::string text = one_text(l);
+  constexpr std::string_view kNumber = "a number ";
+  const bool ends = std::isfinite(l.range.lo) && std::isfinite(l.range.hi);
+  if (ends || !v.number() || std::isfinite(*v.number()) || !text.starts_with(kNumber)) return text;
+  return "a finite number " + text.substr(kNumber.size());
+}
+
 std::string numbers_text(const Limits& l) {
   std::vector<std::string> lengths;
   for (const std::size_t n : l.counts) {
@@ -78,7 +87,7 @@ bool is_list(const Limits& l, const Value& v) {
 std::optional<Refusal> refuse_list(const Limits& l, const Value& v) {
   if (!is_list(l, v)) return Refusal{list_text(l)};
   for (std::size_t i = 0; i < v.list()->size(); ++i) {
-    if (!is_one(l, (*v.list())[i])) return Refusal{one_text(l), {i}};
+    if (!is_one(l, (*v.list())[i])) return Refusal{text_against(l, (*v.list())[i]), {i}};
   }
   return std::nullopt;
 }
@@ -122,7 +131,7 @@ std::optional<Refusal> refuse_shape(const Limits& l, const Value& v) {
       break;
   }
   if (is_one(l, v)) return std::nullopt;
-  return Refusal{v.number() ? one_text(l) : expected(l)};
+  return Refusal{v.number() ? text_against(l, v) : expected(l)};
 }
 
 /// A whole number, a number, or the text itself.
@@ -224,9 +233,10 @@ Value parse_value(const Limits& limits, std::string_view text) {
   if (limits.layout == Layout::one) return parse_one(limits, text);
   const bool one_will_do = limits.layout == Layout::one_or_three || limits.layout == Layout::set;
   if (one_will_do && text.find(limits.separator) == text.npos) return parse_one(limits, text);
+  const std::string between = limits.separator == 'x' ? "xX" : std::string(1, limits.separator);
   Value::List items;
   for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(limits.separator, begin), text.size());
+    const std::size_t end = std::min(text.find_first_of(between, begin), text.size());
     items.push_back(parse_one(limits, text.substr(begin, end - begin)));
     begin = end + 1;
   }

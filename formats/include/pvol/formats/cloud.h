@@ -51,6 +51,9 @@ struct Cloud {
 /// apart.
 [[nodiscard]] std::string ending(const std::filesystem::path& file);
 
+/// Throws Error, "clouds: is a folder; expected <expected>", where that is so.
+void refuse_folder(const std::filesystem::path& file, const std::string& expected);
+
 /// Density samples of a .vdb, .nvdb, .pvol or recipe (.toml) file, by its ending; a .pvol without
 /// embedded density reads its source file and refuses one whose hash differs.
 [[nodiscard]] LoadedGrid load_grid(const std::filesystem::path& file,
