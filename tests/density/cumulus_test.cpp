@@ -39,6 +39,19 @@ TEST(Cumulus, IsTheSameForTheSameSeedAndAnotherForAnother) {
   EXPECT_NE(make_recipe({.seed = 5}), make_recipe({.seed = 6}));
 }
 
+/// A scene names a seed: the cloud that it had last year is the one that it has today.
+TEST(Cumulus, StaysTheCloudThatItWas) {
+  Recipe r = make_recipe({.seed = 5});
+  r.voxel = voxel_for(r, 32);
+  const VoxelGrid grid = make_grid(r);
+  double sum = 0;
+  for (const Brick& b : grid.bricks) {
+    for (int n = 0; n < kBrickSamples; ++n) sum += double(b.values[n]);
+  }
+  for (const Tile& t : grid.tiles) sum += double(t.value) * t.edge * t.edge * t.edge;
+  EXPECT_NEAR(sum, 3405.4, 0.05);
+}
+
 TEST(Cumulus, KeepsItsShapeWhenScaled) {
   const Recipe small = make_recipe({.width = 1, .height = 0.5});
   const Recipe large = make_recipe({.width = 1024, .height = 512});  // a power of 2: no rounding

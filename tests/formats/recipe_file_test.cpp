@@ -313,5 +313,15 @@ TEST(RecipeFile, RefusesWithFileLineAndName) {
   }
 }
 
+/// Bodies of 1 + 2 + ... + 512 forms, and uses of the largest and the smallest.
+TEST(RecipeFile, TakesAsManyFormsAsItSaysAndNoMore) {
+  constexpr const char* kLargest = "[[form]]\nuse = \"b9\"\n";
+  constexpr const char* kSmallest = "[[form]]\nuse = \"b0\"\n";
+  std::string text = "[recipe]\nvoxel = 1\n" + doubled(9);
+  for (int n = 1023; n < 65535; n += 512) text += kLargest;
+  EXPECT_EQ(refusal(text + kSmallest), "");
+  EXPECT_TRUE(says(refusal(text + kSmallest + kSmallest), "recipe.form_128_use"));
+}
+
 }  // namespace recipe_file_test
 }  // namespace pvol::formats

@@ -47,9 +47,15 @@ Lit lit_by(bool visible) {
 }
 
 TEST(InvisibleLamps, LightTheSameAndAreNotSeen) {
-  for (const GuideUse guide : {GuideUse::off, GuideUse::on}) {
+  using Options = std::pair<GuideUse, LineLamps>;
+  for (const auto& [guide, lines] :
+       {Options{GuideUse::off, LineLamps::off}, Options{GuideUse::off, LineLamps::on},
+        Options{GuideUse::on, LineLamps::off}, Options{GuideUse::on, LineLamps::on}}) {
     Lit seen = lit_by(true), unseen = lit_by(false);
-    seen.scene.options.guide = unseen.scene.options.guide = guide;
+    for (RenderOptions* o : {&seen.scene.options, &unseen.scene.options}) {
+      o->guide = guide;
+      o->line_lamps = lines;
+    }
     const Film a = render(seen.volume, seen.scene).film;
     const Film b = render(unseen.volume, unseen.scene).film;
     EXPECT_EQ(layer(a, "single").sums, layer(b, "single").sums);

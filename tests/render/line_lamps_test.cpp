@@ -8,6 +8,7 @@
 
 #include "pvol/render/plan.h"
 #include "render/path/lamps_along.h"
+#include "render/plan/lamp_trial.h"
 #include "support/messages.h"
 #include "support/pictures.h"
 #include "support/small_cloud.h"
@@ -287,10 +288,10 @@ TEST(LineLamps, AreChosenWhereCloudsAreThin) {
   by_day.environment = ConstantSky{Rgb(5.0f)};
   const auto [day, why_day] = choice(by_day);
   EXPECT_FALSE(day);
-  EXPECT_TRUE(says(why_day.reason, "plan.lamps_faint")) << why_day.reason;
+  EXPECT_TRUE(says(why_day.reason, "plan.lamps_little")) << why_day.reason;
   CloudScene within = lit_by(0, 0.02);
   within.environment = ConstantSky{Rgb(5.0f)};
-  EXPECT_TRUE(choice(within).first) << "nothing bounds its noise";
+  EXPECT_FALSE(choice(within).first) << "the sky is most of the noise";
   CloudScene deep = lit_by(0, 0.02);
   deep.options.deep = true;
   const auto [not_deep, why_not] = choice(deep);
@@ -303,9 +304,8 @@ TEST(LineLamps, AreChosenWhereCloudsAreThin) {
   EXPECT_EQ(choice(none).second.what, "") << "suns are no lamps";
 }
 
-/// The light of the lamp that a thick cloud scatters, not that which falls on the haze, is what is
-/// noisy then.
-TEST(LineLamps, AreLeftOutWhereThickCloudsScatterMuch) {
+/// What a thick cloud in the haze takes of the lamp's light, and of what the camera sees of it.
+TEST(LineLamps, AreChosenByWhatIsSeenOfThem) {
   const CloudScene haze = lit_by(0, 0.02);
   const auto beside = [&](double size, double albedo, std::size_t number) {
     CloudScene s = lit_by(0, 2 / size);
@@ -320,16 +320,41 @@ TEST(LineLamps, AreLeftOutWhereThickCloudsScatterMuch) {
     return choice(both, haze);
   };
   using Chosen = std::vector<bool>;
-  const auto [large, why] = beside(1, 0.9, 1);
-  EXPECT_EQ(large, (Chosen{false, false}));
-  EXPECT_TRUE(says(why.reason, "plan.lamps_scattered")) << why.reason;
   EXPECT_EQ(beside(0.01, 0.9, 1).first, (Chosen{true, false})) << "it is small";
-  EXPECT_EQ(beside(0.01, 0.9, 400).first, (Chosen{false, false})) << "many of them";
-  EXPECT_EQ(beside(1, 0.001, 1).first, (Chosen{true, false})) << "it is black";
+  EXPECT_EQ(beside(0.01, 0.9, 400).first, (Chosen{true, false})) << "they are";
+  const auto [black, why] = beside(1, 0.001, 1);
+  EXPECT_EQ(black, (Chosen{false, false})) << "the lamp is behind it";
+  EXPECT_TRUE(says(why.reason, "plan.lamps_little")) << why.reason;
   CloudScene set = haze;
   set.options.line_lamps = LineLamps::on;
   const Volume one = make_volume(cloud().grid, build_pyramid(cloud().grid), set);
   EXPECT_TRUE(says(choice({&one, 1}, set).second.reason, "plan.as_set"));
+}
+
+/// The variance of a sample, averaged over a picture's pixels.
+double noise(const Film& film) {
+  double sum = 0;
+  for (const PixelSums& p : film.pixels) sum += noise_of(p) * double(p.samples);
+  return sum / double(film.pixels.size());
+}
+
+/// A ball, whose light has a second moment at collisions, too, that few paths would see.
+TEST(LampTrial, KnowsTheNoiseOfLampsAtCollisions) {
+  for (const double extinction : {0.004, 0.05}) {
+    CloudScene s = lit_by(0, extinction);
+    s.lights = {PointLight{.position = {4, 3, 2},
+                           .intensity = Rgb(30.0f, 20.0f, 10.0f),
+                           .radius = 0.5,
+                           .visible_camera = false}};
+    s.options.guide = GuideUse::off;
+    s.options.line_lamps = LineLamps::on;
+    s.options.samples = 4096;
+    const Volume v = make_volume(cloud().grid, build_pyramid(cloud().grid), s);
+    const double known = detail::try_lamps(plan({&v, 1}, s.scene()), 64).variance_at_collisions;
+    const double measured = noise(picture(v, s, LineLamps::off, 32));
+    EXPECT_LT(std::abs(std::log(known / measured)), std::log(1.3))
+        << extinction << ": " << known << " for " << measured;
+  }
 }
 
 }  // namespace line_lamps_test

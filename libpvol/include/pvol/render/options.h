@@ -293,7 +293,8 @@ template <std::same_as<RenderOptions> O>
           {.key = "line_lamps",
            .help =
                "Whether lamps are asked from places all along flights, beside those where paths "
-               "collide: less noise in thin smoke and fog; auto does so where a cloud is thin",
+               "collide: less noise in thin smoke and fog; auto does so in thin clouds where a trial "
+               "says that it pays",
            .effect = Effect::cost,
            .factor = "line lamps",
            .sweep = "on off"}),

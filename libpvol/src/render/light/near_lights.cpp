@@ -17,12 +17,17 @@ constexpr LightSample kDark{Vec3f(0, 0, 1), Rgb(0.0f)};
 
 Box around(Vec3d centre, double radius) { return {centre - Vec3d(radius), centre + Vec3d(radius)}; }
 
-/// The corners and the centre of a box.
-std::array<Vec3d, 9> places_of(const Box& b) {
-  std::array<Vec3d, 9> all;
-  for (unsigned k = 0; k < 8; ++k) all[k] = corner(b, k);
-  all[8] = b.centre();
-  return all;
+/// The largest of f(direction) over the directions from a place to the corners and the centre of a
+/// box, but no less than `most`.
+template <class F>
+double largest_over(const Box& box, Vec3d from, double most, const F& f) {
+  const auto look = [&](Vec3d at) {
+    const Vec3d way = at - from;
+    if (length(way) > 0) most = std::max(most, f(normalize(way)));
+  };
+  look(box.centre());
+  for (unsigned k = 0; k < 8 && box.lo != box.hi; ++k) look(corner(box, k));
+  return most;
 }
 
 }  // namespace
@@ -121,11 +126,9 @@ LightSample SpotSource::arriving_at(Vec3d place) const {
 }
 
 Rgb SpotSource::irradiance_on(const Box& box) const {
-  double most = intersect(box, {point_.position, axis_}, 0, 1e300) ? 1 : 0;
-  for (const Vec3d p : places_of(box)) {
-    const Vec3d way = p - point_.position;
-    if (length(way) > 0) most = std::max(most, share(normalize(way)));
-  }
+  const double along_axis = intersect(box, {point_.position, axis_}, 0, 1e300) ? 1 : 0;
+  const double most =
+      largest_over(box, point_.position, along_axis, [&](Vec3d d) { return share(d); });
   return point_.irradiance_on(box) * float(most);
 }
 
@@ -253,11 +256,7 @@ LightMet AreaSource::met(const Ray& ray, double distance) const {
 }
 
 Rgb AreaSource::irradiance_on(const Box& box) const {
-  double most = 0;
-  for (const Vec3d p : places_of(box)) {
-    const Vec3d way = p - centre_.position;
-    if (length(way) > 0) most = std::max(most, dot(normalize(way), normal_));
-  }
+  double most = largest_over(box, centre_.position, 0, [&](Vec3d d) { return dot(d, normal_); });
   const Vec3d way = centre_.position - box.centre(), rim = box.extent() * 0.5;
   const double area = width_ * height_;
   const double square = std::max({dot(way, way), dot(rim, rim), area / pi});

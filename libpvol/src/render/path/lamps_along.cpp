@@ -62,9 +62,13 @@ double EvenAngles::angle_up_to(double t) const {
   return std::atan2(apart_ * (t - begin_), apart_ * apart_ + (begin_ - nearest_) * (t - nearest_));
 }
 
-double EvenAngles::at(double share) const {
-  const double first = (begin_ - nearest_) / apart_, further = std::tan(share * all_);
-  return begin_ + apart_ * (1 + first * first) * further / (1 - first * further);
+EvenAngles::Turn EvenAngles::turn(double share) const {
+  return {std::cos(share * all_), std::sin(share * all_)};
+}
+
+double EvenAngles::at(Turn angle) const {
+  const double first = (begin_ - nearest_) / apart_;
+  return begin_ + apart_ * (1 + first * first) * angle.sine / (angle.cosine - first * angle.sine);
 }
 
 double EvenAngles::share_up_to(double t) const { return angle_up_to(t) / all_; }
@@ -92,22 +96,27 @@ std::optional<LampPoint> draw_lamp_point(const FlightThrough& f, const LightSour
   const double u = double(rng.uniform());
   if (ends_before(u / kPlaces, f, lamp.position)) return std::nullopt;
   const EvenAngles angles(lamp.position, f.world, f.box);
-  const double end = f.length < f.box.t1 ? angles.share_up_to(f.length) : 1;
   const MediumComponent& component = f.volume.choose_component(rng);
   const Vec3f d(f.world.d);
-  double sum = 0, chosen = 0, factor = 0;
-  for (int k = 0; k < kPlaces && (k + u) / kPlaces < end; ++k) {
-    const double t = angles.at((k + u) / kPlaces);
+  double sum = 0, chosen = 0, factor = 0, collided = 0;
+  EvenAngles::Turn angle = angles.turn(u / kPlaces);
+  const EvenAngles::Turn step = angles.turn(1.0 / kPlaces);
+  for (int k = 0; k < kPlaces; ++k, angle = angle * step) {
+    const double t = angles.at(angle);
+    if (!(t < f.length)) break;
     const double mu = double(extinction_in_cells(f.volume.volume, f.cells.at(t), f.time));
     if (!(mu > 0)) continue;
     const Vec3d place = f.world.at(t);
     const double pdf = angles.pdf(t);
-    const double scattered = mu / (kPlaces * pdf) * (1 - share_of_collisions(mu, pdf));
+    const double share = share_of_collisions(mu, pdf);
+    const double scattered = mu / (kPlaces * pdf) * (1 - share);
     const double seen = brought_to(place, light) *
                         double(likely(component.phase, d, Vec3f(normalize(lamp.position - place))));
     if (!(scattered * seen > 0) || !std::isfinite(seen)) continue;
     sum += scattered * seen;
-    if (double(rng.uniform()) * sum < scattered * seen) chosen = t, factor = 1 / seen;
+    if (double(rng.uniform()) * sum < scattered * seen) {
+      chosen = t, factor = 1 / seen, collided = share;
+    }
   }
   if (!(sum > 0)) return std::nullopt;
   const Vec3d place = f.world.at(chosen);
@@ -116,7 +125,8 @@ std::optional<LampPoint> draw_lamp_point(const FlightThrough& f, const LightSour
   const float share = l.pdf > 0 ? balance(p, l.pdf) : p;
   const Rgb color = local_color({&f.volume, f.cells.at(chosen)}, f.time);
   const Rgb albedo = component.albedo * color * f.volume.volume.medium.extinction_color;
-  return LampPoint{place, l, albedo * (share * float(sum * factor))};
+  return LampPoint{place, l, albedo * (share * float(sum * factor)), float(sum * factor),
+                   float(collided)};
 }
 
 }  // namespace pvol::detail

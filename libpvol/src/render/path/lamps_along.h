@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "render/path/gather_light.h"
 
@@ -16,8 +17,21 @@ class EvenAngles {
  public:
   EvenAngles(Vec3d lamp, const Ray& ray, Span span);
 
+  /// An angle from the begin of the span, as a number of the unit circle.
+  struct Turn {
+    double cosine, sine;
+
+    [[nodiscard]] Turn operator*(Turn b) const {
+      return {cosine * b.cosine - sine * b.sine, sine * b.cosine + cosine * b.sine};
+    }
+  };
+  /// By this share of all angles.
+  [[nodiscard]] Turn turn(double share) const;
+  /// The place at an angle.
+  [[nodiscard]] double at(Turn angle) const;
+
   /// The place up to which lies this share of all angles; and the other way round.
-  [[nodiscard]] double at(double share) const;
+  [[nodiscard]] double at(double share) const { return at(turn(share)); }
   [[nodiscard]] double share_up_to(double t) const;
   /// Density per length.
   [[nodiscard]] double pdf(double t) const;
@@ -67,8 +81,32 @@ struct CollidingFlight {
 struct LampPoint {
   Vec3d place;
   LightSample towards;
-  Rgb factor;  ///< on the lamp's radiance there: what the flight scatters into its path
+  Rgb factor;             ///< on the lamp's radiance there: what the flight scatters into its path
+  float over_collision;   ///< the factor over that of a collision there
+  float collision_share;  ///< of the light from there, what collisions bring
 };
+
+/// What a pilot notes of lamps along flights (plan/lamp_trial.h).
+struct LampPilot {
+  struct Asked {
+    Ray towards;
+    double distance;
+    /// By which the square of the path's luminance is less, if nothing is in the way, than on
+    /// average where this light is found at collisions alone (THEORY.md, T5.25).
+    double saved;
+  };
+  std::vector<Asked> asked{};
+  std::uint64_t flights = 0;  ///< times lamps, whether these bring anything or not
+};
+
+/// Notes what a path gets of a lamp, as luminance: by a point that is taken 1/times as often as the
+/// lamp is worth.
+inline void note_lamp(LampPilot& pilot, double brought, const LampPoint& p, double times) {
+  const double of_collisions = (1 + double(p.collision_share)) / (double(p.over_collision) * times);
+  pilot.asked.push_back({{p.place, Vec3d(p.towards.direction)},
+                         double(p.towards.distance),
+                         brought * brought * (of_collisions - 1)});
+}
 
 /// Draws one by what it brings if nothing is in the way; none where the flight brings nothing.
 [[nodiscard]] std::optional<LampPoint> draw_lamp_point(const FlightThrough& f,

@@ -29,6 +29,7 @@
 namespace pvol::detail {
 
 class Importance;
+struct LampPilot;
 
 /// How a camera moves about where it is in the middle of the shutter.
 struct CameraMotion {
@@ -122,6 +123,7 @@ struct PathSetup {
   bool by_channel;             ///< whether the extinction of any volume differs by channel
   bool weighs;                 ///< whether flights have weights: by channel, or by the tracker
   FirePilot* pilot = nullptr;  ///< null: nobody asks
+  LampPilot* lamp_pilot = nullptr;
   /// Once it is true, paths end as they please, and what they bring is to be dropped.
   const std::atomic<bool>* stop = &kNeverStop;
 

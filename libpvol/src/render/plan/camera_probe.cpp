@@ -12,7 +12,6 @@
 namespace pvol::detail {
 namespace {
 
-constexpr int kRaysAlong = 24;                 // each edge of the image
 constexpr std::uint64_t kMostSteps = 1 << 20;  // of all paths
 
 /// Optical depth of a ray through an instance of a volume by one look-up in each segment, right on
@@ -33,24 +32,6 @@ constexpr std::uint64_t kMostSteps = 1 << 20;  // of all paths
   });
 }
 
-[[nodiscard]] std::optional<double> sample_depth(const PathSetup& setup, const Ray& ray, Rng& rng) {
-  std::optional<double> sum;
-  const Instances& in = *setup.instances;
-  const bool moves = in.moves() || (setup.surfaces && setup.surfaces->move());
-  const double frames = moves ? setup.view.camera.shutter.at(double(rng.uniform())) : 0;
-  const double end = setup.surfaces
-                         ? setup.surfaces->camera->first_hit(ray, kEndless, float(frames)).distance
-                         : kEndless;
-  in.tree.visit(ray, end, [&](std::uint32_t i, double limit) {
-    const Instance at = in.at_time(i, frames);
-    const VolumeSetup& v = setup.volumes[at.volume];
-    const auto depth = sample_depth(v, at, ray, limit, rng);
-    if (depth) sum = sum.value_or(0) + *depth;
-    return limit;
-  });
-  return sum;
-}
-
 [[nodiscard]] std::uint64_t steps(const Counts& c) {
   const auto of = [](const Tally& t) {
     return t.segments + t.bounds_tests + t.lookups + t.null_collisions;
@@ -59,6 +40,24 @@ constexpr std::uint64_t kMostSteps = 1 << 20;  // of all paths
 }
 
 }  // namespace
+
+std::optional<double> sample_depth(const PathSetup& setup, const Ray& ray, double limit, Rng& rng) {
+  std::optional<double> sum;
+  const Instances& in = *setup.instances;
+  const bool moves = in.moves() || (setup.surfaces && setup.surfaces->move());
+  const double frames = moves ? setup.view.camera.shutter.at(double(rng.uniform())) : 0;
+  if (setup.surfaces) {
+    limit = std::min(limit, setup.surfaces->camera->first_hit(ray, limit, float(frames)).distance);
+  }
+  in.tree.visit(ray, limit, [&](std::uint32_t i, double end) {
+    const Instance at = in.at_time(i, frames);
+    const VolumeSetup& v = setup.volumes[at.volume];
+    const auto depth = sample_depth(v, at, ray, end, rng);
+    if (depth) sum = sum.value_or(0) + *depth;
+    return end;
+  });
+  return sum;
+}
 
 RenderPlan plain_plan(const RenderPlan& plan) {
   RenderPlan p;
@@ -76,6 +75,13 @@ RenderPlan plain_plan(const RenderPlan& plan) {
   p.scene.options.aovs = {};
   p.scene.options.max_bounces =
       std::min(kMostProbed, plan.scene.options.max_bounces.value_or(kMostProbed));
+  return p;
+}
+
+RenderPlan plain_plan_of_whole(const RenderPlan& plan) {
+  RenderPlan p = plain_plan(plan);
+  RenderOptions& o = p.scene.options;
+  o.crop_x = o.crop_y = o.crop_width = o.crop_height = 0;
   return p;
 }
 
@@ -131,7 +137,7 @@ CameraProbe probe_camera(const RenderPlan& plan) {
   visit_coarse_rays(setup.view.projection, image_part(o), kRaysAlong, [&](const Ray& ray, int i) {
     ++probe.rays;
     Rng rng(kKey, 0, std::uint64_t(i));
-    const auto depth = sample_depth(setup, ray, rng);
+    const auto depth = sample_depth(setup, ray, kEndless, rng);
     if (!depth) return;
     probe.depths.push_back(*depth);
     double scatterings = estimate_scatterings(*depth, albedo);

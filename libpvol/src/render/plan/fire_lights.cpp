@@ -13,7 +13,7 @@ namespace {
 /// number where nothing is scattered. Few paths bring most of it: where they do not decide, more
 /// are followed.
 double noise_without_samples(const RenderPlan& plan) {
-  RenderPlan plain = plain_plan(plan);
+  RenderPlan plain = plain_plan_of_whole(plan);
   plain.scene.options.background = false;  // of no account where light is scattered
   plain.scene.options.aovs.add(Aov::scattering);
   FirePilot pilot;

@@ -1,10 +1,8 @@
 // Whether asking lamps along flights pays.
 #pragma once
 
-#include <span>
 #include <vector>
 
-#include "pvol/render/lighting.h"
 #include "pvol/render/plan.h"
 
 namespace pvol::detail {
@@ -14,10 +12,9 @@ struct LampChoice {
   const char* reason = nullptr;       ///< null without lamps or volumes
 };
 
-/// As the options say, or where volumes are thin and lamps bring much of the light (THEORY.md,
-/// T5.25).
-[[nodiscard]] LampChoice choose_lamps(std::span<const Volume> volumes, const Scene& scene,
-                                      const Lighting& lighting);
+/// As the options say, or through thin volumes where a trial says that it pays (THEORY.md, T5.25).
+/// Needs the lighting, the kernel and the emission of the plan.
+[[nodiscard]] LampChoice choose_lamps(const RenderPlan& plan);
 
 /// Of a choice with a reason.
 [[nodiscard]] Decision in_words(const LampChoice& choice);

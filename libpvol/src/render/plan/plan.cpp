@@ -205,7 +205,7 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
   p.kernel = choose_kernel(p);
   p.emission = detail::prepare_emission(volumes, p.scene);
   if (p.emission && p.emission->lit) p.emission = detail::choose_fire_lights(p);
-  const detail::LampChoice lamps = detail::choose_lamps(volumes, p.scene, *p.lighting);
+  const detail::LampChoice lamps = detail::choose_lamps(p);
   p.line_lamps = lamps.along_flights;
   p.decisions = decide(p, scene.options, lamps, choice.reason);
   if (!options.forecast) return p;

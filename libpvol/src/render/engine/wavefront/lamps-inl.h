@@ -61,12 +61,17 @@ void ask_lamps(const WavefrontScene& s, WavefrontMemory& m, const FlightThrough&
   if (number_of(id) >= setup.max_bounces) return;
   detail::ask_lamps(
       f, setup.lamps, *setup.light.many, m.light_cut, rng, [&](std::size_t i, float times) {
+        if (setup.lamp_pilot != nullptr) ++setup.lamp_pilot->flights;
         const auto p = draw_lamp_point(f, setup.light.sources[i], setup.lamps[i], rng);
         const Rgb own = s.lights[i].radiance;
         if (!p || !(largest(own) > 0)) return;
         LampRay ray{p->place, p->towards.direction, p->towards.distance,
                     weight * p->factor * (times * (largest(p->towards.radiance) / largest(own))),
                     slot_of(id) | std::uint32_t(i) << 16};
+        if (setup.lamp_pilot != nullptr) {
+          const auto brought = double(absolute_luminance(ray.weight * own));
+          note_lamp(*setup.lamp_pilot, brought, *p, double(times));
+        }
         if (s.orders) ray.id |= std::min<std::uint32_t>(number_of(id) + 1, 2) << 30;
         const float value = kMoreRays * absolute_luminance(ray.weight * own) /
                             setup.light.shadow_unit * m.slots.importance_of(slot_of(id));
