@@ -232,7 +232,7 @@ TEST(Plan, FlightsGoOneByOneThroughSomeVolumes) {
   EXPECT_EQ(p.one_by_one[0], nullptr);
   ASSERT_NE(p.one_by_one[1], nullptr);
   EXPECT_EQ(decision(p, "flights").volume, 1);
-  EXPECT_EQ(decision(p, "shadow rays").choice, "analog");
+  EXPECT_EQ(decision(p, "shadow rays").choice, "ratio");
 }
 
 TEST(Plan, ForecastCostsLittleHoweverThickTheCloudAndManyItsLights) {

@@ -190,7 +190,7 @@ RenderPlan plan(std::span<const Volume> volumes, const Scene& scene, const PlanO
   asked.transmittance = scene.options.transmittance;
   for (const Volume& v : volumes) p.one_by_one.push_back(detail::why_one_by_one(v, asked));
   if (any_in_lanes(p) && scene.options.transmittance == Transmittance::automatic)
-    o.transmittance = Transmittance::analog;
+    o.transmittance = Transmittance::ratio;
   p.transmittance.estimator = o.transmittance;
   for (std::size_t i = 0; i < volumes.size() && !options.force; ++i) {
     detail::refuse_endless_flights(volumes[i],
